@@ -105,6 +105,12 @@ impl BlockLoads {
         self.blocks.extend(known..blocks);
     }
 
+    /// The same, with what it has room for.
+    pub(crate) fn sized_for(&mut self, blocks: usize, colliders: usize) -> &mut [Felt] {
+        self.size_for(blocks, colliders);
+        &mut self.felt
+    }
+
     /// Of each block one after the other, for each collider.
     pub(crate) fn felt_mut(&mut self) -> &mut [Felt] {
         &mut self.felt

@@ -100,8 +100,7 @@ impl GridStep<'_> {
             Forces::Apart => Some(per_block_mut(changes)),
         };
         let colliders = self.context.colliders.len();
-        loads.size_for(count, colliders);
-        let felt = several_per_block_mut(loads.felt_mut(), colliders);
+        let felt = several_per_block_mut(loads.sized_for(count, colliders), colliders);
         let (nodes, sums) = (per_block_mut(nodes), (per_block_mut(diagnostics), felt));
         let fields = (nodes, sums, per_block(node_blocks), per_block(behind), changes);
         Own::whole(count, 1).each(fields, |_, (nodes, (diagnostics, felt), key, behind, mut changes)| {

@@ -93,8 +93,9 @@ impl Collided {
     }
 
     /// Lets velocities of those particles of a group that are near, all of which have these numbers, answer to colliders where
-    /// they would enter one (step 9), and counts those that go through one all the same. `loads` are those of their blocks, and the
-    /// position of the first in the order. Returns the kinetic energy (J) that each gained which gained any.
+    /// they would enter one (step 9), and counts those that go through one all the same. What colliders feel of it goes to the
+    /// loads of their blocks, from the position of the first in the order on. Returns the kinetic energy (J) that each gained
+    /// which gained any.
     pub(crate) fn collide<R: Real>(
         &mut self,
         context: &StepContext<'_>,
@@ -128,8 +129,8 @@ impl Collided {
         given
     }
 
-    /// Lets the velocity of one particle of a place (m) and a mass (kg) answer, which each collider feels. Gives the distance (m) of the nearest
-    /// surface from where it goes, or less where the particle was touched.
+    /// Lets the velocity of one particle of a place (m) and a mass (kg) answer, which each collider feels. Gives the distance (m)
+    /// of the nearest surface from where it goes, or less where the particle was touched.
     fn answer<R: Real>(
         &mut self,
         context: &StepContext<'_>,

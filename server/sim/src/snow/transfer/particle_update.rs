@@ -61,13 +61,10 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
     let (sorted, migration) = sorter.migrate();
     diagnostics.resize(sorted.chunks.count(), ChunkDiagnostics::default());
     given.resize(grid.blocks.len(), 0.0);
-    let colliders = context.colliders.len();
-    loads.size_for(grid.blocks.len(), colliders);
 
-    let scratch = || [[R::zero(); TILE]; 2];
-    let chunks = Own::whole(diagnostics.len(), 1);
-    let starts = sorted.chunks.starts();
-    let loads = several_between_mut(loads.felt_mut(), starts, colliders);
+    let (scratch, chunks) = (|| [[R::zero(); TILE]; 2], Own::whole(diagnostics.len(), 1));
+    let (starts, colliders) = (sorted.chunks.starts(), context.colliders.len());
+    let loads = several_between_mut(loads.sized_for(grid.blocks.len(), colliders), starts, colliders);
     let fields = (per_block_mut(diagnostics), between_mut(given, starts), loads);
     chunks.each_with(scratch, fields, |tiles, chunk, (diagnostics, given, loads)| {
         let (block, first, list) = sorted.chunk(chunk);
