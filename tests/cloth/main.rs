@@ -19,6 +19,7 @@ mod contact;
 mod moving;
 mod solids;
 mod creases;
+mod gripper;
 mod bounces;
 mod restitution;
 mod loads;

@@ -6,9 +6,10 @@
 use super::{
     Collider,
     answer::SubStep,
-    facing::{facing, mesh},
+    facing::{Facing, facing, mesh},
     load::{BlockLoads, Felt, Giving},
     passed::{REACHED, has_passed},
+    pinch::can_hold,
     shape::{MeshSolid, Near},
     touch::Answer,
 };
@@ -173,6 +174,7 @@ pub(crate) fn resolve<R: Real>(
     let (blocks, colliders) = (block_count(count, size), contacts.colliders.len());
     met.resize(blocks, Met::default());
     [&mut *tried, given].into_iter().for_each(|given| given.size_for(blocks, colliders));
+    let holds = can_hold(contacts.colliders);
     let meshes = contacts.colliders.iter().filter(|collider| mesh(collider).is_some()).count();
     near.resize(count * meshes, Near::default());
     let constants = (per_row(contacts.user), per_row(inv_m), from.map(per_row));
@@ -189,7 +191,7 @@ pub(crate) fn resolve<R: Real>(
             let moved = Moved { from, x: &mut x[row], v: &mut v[row], past };
             let near = &mut near[row * meshes..(row + 1) * meshes];
             giving.of(row, inv_m.to_f64());
-            if let Some(one) = of_one(contacts, *user, *inv_m, moved, near, &mut giving) {
+            if let Some(one) = of_one(contacts, *user, *inv_m, moved, near, (holds, &mut giving)) {
                 *met = met.and(one);
             }
         }
@@ -197,7 +199,7 @@ pub(crate) fn resolve<R: Real>(
     Met::of_all(contacts.share, met)
 }
 
-/// Resolves the contacts of one particle; none where it met nothing.
+/// Resolves the contacts of one particle; none where it met nothing. `holds` says whether two colliders may hold it.
 #[inline]
 fn of_one<R: Real>(
     contacts: Contacts<'_>,
@@ -205,18 +207,19 @@ fn of_one<R: Real>(
     inv_m: R,
     mut moved: Moved<'_, R>,
     near: &mut [Near],
-    giving: &mut Giving<'_>,
+    (holds, giving): (bool, &mut Giving<'_>),
 ) -> Option<Met> {
     let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
     let way = (wide(moved.x) - wide(moved.from[0])).norm();
     let is_free = inv_m > R::zero();
     let reach = if is_free { reach(contacts, &moved, way, near) } else { Reach::Untold };
-    if reach == Reach::Far {
+    let held = if holds && is_free { moved.substep(contacts, near).held() } else { None };
+    if reach == Reach::Far && held.is_none() {
         return None;
     }
     let mut met = Met::default();
-    if reach == Reach::Touched {
-        let answer = moved.answer(contacts, near, giving);
+    if reach == Reach::Touched || held.is_some() {
+        let answer = moved.answer(contacts, near, held, giving);
         met.touched = 1;
         met.inside = u64::from(answer.was_inside);
         met.pinched = u64::from(answer.is_pinched);
@@ -287,23 +290,43 @@ fn reach_of_mesh<R: Real>(
 }
 
 impl<R: Real> Moved<'_, R> {
-    /// Takes over what contact makes of the step.
-    fn answer(&mut self, contacts: Contacts<'_>, near: &[Near], giving: &mut Giving<'_>) -> Answer {
+    /// The sub-step as its method has it.
+    fn substep<'b>(&self, contacts: Contacts<'b>, near: &'b [Near]) -> SubStep<'b> {
         let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
         let x = [wide(self.from[0]), wide(self.x)];
         let v = [wide(self.from[1]), wide(self.v)];
-        let way = x[1] - x[0];
         let rounding = 4.0 * R::ROUNDING * x[0].amax().max(x[1].amax());
-        let spare = REACHED * way.norm() + rounding;
+        let spare = REACHED * (x[1] - x[0]).norm() + rounding;
         let Contacts { colliders, time, dt, .. } = contacts;
-        let answer = SubStep { colliders, near, x, v, dt, end_time: time, spare, rounding }.answer(giving);
+        SubStep { colliders, near, x, v, dt, end_time: time, spare, rounding }
+    }
+
+    /// Takes over what contact makes of the step: what two colliders that hold the particle make of it, if there are such, of
+    /// which each gives half.
+    fn answer(
+        &mut self,
+        contacts: Contacts<'_>,
+        near: &[Near],
+        held: Option<(Answer, [Facing<'_>; 2])>,
+        giving: &mut Giving<'_>,
+    ) -> Answer {
+        let substep = self.substep(contacts, near);
+        let SubStep { x, v, dt, .. } = substep;
+        let answer = match held {
+            Some((answer, fingers)) => {
+                let half = (answer.v - v[1]) * 0.5;
+                fingers.iter().for_each(|finger| giving.touched(finger, &half, &answer.x));
+                answer
+            }
+            None => substep.answer(giving),
+        };
 
         let narrow = |vector: Vec3<f64>| Padded::new(&vector.map(R::of));
         (*self.x, *self.v) = (narrow(answer.x), narrow(answer.v));
         if let Some([past_x, past_v]) = &mut self.past {
-            let change = answer.v - v[1];
+            let (way, change) = (x[1] - x[0], answer.v - v[1]);
             **past_x = narrow(answer.x - way - change * dt);
-            **past_v = narrow(wide(past_v) + change);
+            **past_v = narrow(past_v.vector().map(R::to_f64) + change);
         }
         answer
     }

@@ -47,6 +47,12 @@ impl Facing<'_> {
         }
         self.collider.distance(point, time)
     }
+
+    /// Whether a point (m) is so far (m) away at a time (s), or farther.
+    pub(super) fn is_beyond(&self, point: [f64; 3], time: f64, reach: f64) -> bool {
+        let is_known = self.near.is_some_and(|near| near.at_least(self.collider.place(point, time)) >= reach);
+        is_known || self.distance(point, time).0 >= reach
+    }
 }
 
 /// The mesh that a collider is, if it is one.

@@ -13,6 +13,7 @@ mod load;
 mod touch;
 mod crease;
 mod answer;
+mod pinch;
 mod contact;
 mod velocity;
 mod corner;
