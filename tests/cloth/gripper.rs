@@ -167,16 +167,27 @@ fn seen_by_fingers(simulation: &Simulation, particles: &[usize]) -> [Vec<[f64; 3
     })
 }
 
-/// Takes steps in which those particles stay where the fingers see them.
+/// Takes steps in which those particles stay where the fingers see them, and gravity and loads make all the change of the
+/// momentum.
 fn steps_with(
     simulation: &mut Simulation,
-    held: &[usize],
+    (held, masses): (&[usize], &[f64]),
     places: &[Vec<[f64; 3]>; 2],
     steps: u64,
     label: &str,
 ) {
+    let weight = masses.iter().sum::<f64>() * GRAVITY;
+    let mut before = momenta(simulation, masses).0;
     for step in 1..=steps {
-        advance(simulation, 1);
+        let loads = advance(simulation, 1).loads;
+        let after = momenta(simulation, masses).0;
+        let felt = [0, 1, 2].map(|c| loads.iter().map(|load| load.force[c]).sum::<f64>());
+        let gained = [-felt[0], -weight - felt[1], -felt[2]].map(|force| force * DT);
+        let off = norm(difference(difference(after, before), gained)) / (weight * DT);
+        assert!(off < 1e-10, "{label}, step {step}: off by {off:e} of m g dt");
+        let [below, above] = FINGERS.map(|finger| loads[finger].contacts);
+        assert!(below.min(above) >= held.len() as u64, "{label}, step {step}: {loads:?}");
+        before = after;
         let now = seen_by_fingers(simulation, held);
         for (finger, (before, now)) in places.iter().zip(&now).enumerate() {
             for (particle, (before, now)) in held.iter().zip(before.iter().zip(now)) {
@@ -222,9 +233,10 @@ fn a_gripper_closes_on_a_sheet_lifts_it_turns_it_and_lets_it_go() {
         }
         let places = seen_by_fingers(&simulation, &held);
         lift(&mut simulation);
-        steps_with(&mut simulation, &held, &places, LIFTING, &format!("{label}, lifted"));
+        let who = (&held[..], &scene.network.masses[..]);
+        steps_with(&mut simulation, who, &places, LIFTING, &format!("{label}, lifted"));
         turn(&mut simulation);
-        steps_with(&mut simulation, &held, &places, TURNING, &format!("{label}, turned"));
+        steps_with(&mut simulation, who, &places, TURNING, &format!("{label}, turned"));
         for (finger, side) in FINGERS.into_iter().zip(SIDES) {
             let middle = above(LIFT);
             let place = [middle[0] + side * ARM, middle[1], middle[2]];
