@@ -6,6 +6,7 @@
 use crate::{
     camera::Camera,
     error::{RerunError, refused},
+    loads::LOADS,
     plots::{CLOTH, GENERAL, Plot},
     sdk::{
         AsComponents, Color, EntityPath, LogMsg, RecordingStream, RecordingStreamBuilder,
@@ -35,6 +36,7 @@ type Property = (EntityPath, &'static str, Box<dyn AsComponents>);
 pub(crate) struct BodyKinds {
     pub(crate) has_cloth: bool,
     pub(crate) has_snow: bool,
+    pub(crate) has_colliders: bool,
 }
 
 /// Sends the layout.
@@ -44,7 +46,13 @@ pub(crate) fn send(stream: &RecordingStream, camera: Camera, kinds: BodyKinds) -
     properties.extend(scene_properties(&path_of(&scene), camera));
 
     let cloth = if kinds.has_cloth { &CLOTH[..] } else { &[] };
-    let general = views(GENERAL.iter().chain(cloth), &mut properties);
+    let mut general = views(GENERAL.iter().chain(cloth), &mut properties);
+    if kinds.has_colliders {
+        let loads = TimeSeriesView::new("Force on colliders (N)").with_origin(LOADS).into();
+        let legend = PlotLegend::new().with_visible(true).with_corner(Corner2D::RightTop);
+        properties.push((path_of(&loads), "PlotLegend", Box::new(legend)));
+        general.push(loads);
+    }
 
     let mut columns = vec![scene, column(general)];
     if kinds.has_snow {

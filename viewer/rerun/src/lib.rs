@@ -17,6 +17,7 @@ mod coloring;
 mod plots;
 mod snow_plots;
 mod body;
+mod loads;
 mod grid;
 mod ground;
 mod facets;

@@ -23,6 +23,7 @@ use crate::{
     geometry::Bounds,
     grid::GridView,
     layout::{self, APPLICATION, BodyKinds, TIME},
+    loads,
     lock::lock,
     plots::{self, CLOTH, GENERAL},
     sdk::{
@@ -140,6 +141,7 @@ impl Recorder {
         for body in &scene.bodies {
             body.describe(&self.stream)?;
         }
+        loads::describe(&self.stream, &topology.colliders)?;
         self.scene = Some(scene);
         Ok(())
     }
@@ -244,6 +246,7 @@ impl SceneView {
         let kinds = BodyKinds {
             has_cloth: self.bodies.iter().any(|body| !body.is_points()),
             has_snow: self.has_points() || diagnostics.is_some_and(|step| step.snow.is_some()),
+            has_colliders: !self.colliders.is_empty(),
         };
         if let Some(sent) = &mut self.layout {
             if kinds.has_snow == sent.kinds.has_snow || !kinds.has_snow {
@@ -300,6 +303,7 @@ impl SceneView {
             plots::log(stream, diagnostics, &CLOTH)?;
         }
         plots::log(stream, diagnostics, &SNOW)?;
+        loads::log(stream, diagnostics)?;
         self.bound.log(stream, diagnostics)
     }
 }

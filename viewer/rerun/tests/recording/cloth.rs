@@ -56,6 +56,12 @@ fn frame(number: u64) -> Frame {
     let sheet =
         (0..SIDE * SIDE).flat_map(|p| [(p % SIDE) as f32 * spacing, height, (p / SIDE) as f32 * spacing]);
     let chain = (0..3).flat_map(|link| [2.0, height - 0.1 * link as f32, 0.0]);
+    let load = |name: &str, y: f64| v1::ColliderLoad {
+        name: name.to_owned(),
+        force: Some(v1::Vector3 { x: 0.0, y, z: 0.0 }),
+        ..v1::ColliderLoad::default()
+    };
+    let loads = vec![load("floor", -2.0), load("ball", if number == 2 { f64::NAN } else { -0.5 })];
     let solve = v1::SolveReport { iterations: 10, relative_residual: 1e-3, ..v1::SolveReport::default() };
     Frame {
         frame: number,
@@ -68,7 +74,7 @@ fn frame(number: u64) -> Frame {
         stress_norms: None,
         grid: None,
         dropped_count: 0,
-        diagnostics: Some(v1::Diagnostics { solve: Some(solve), ..v1::Diagnostics::default() }),
+        diagnostics: Some(v1::Diagnostics { solve: Some(solve), loads, ..v1::Diagnostics::default() }),
     }
 }
 
@@ -95,6 +101,7 @@ fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
         "/plots/iterations",
         "/plots/residual",
         "/plots/step_time",
+        "/plots/loads/0_floor",
     ];
     for entity in moving {
         for timeline in TIMELINES {
@@ -102,6 +109,11 @@ fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
         }
         assert_eq!(recorded.count(entity, ""), 1, "{entity} is described once");
     }
+    assert_eq!(
+        recorded.count("/plots/loads/1_ball", "step"),
+        FRAMES as usize - 1,
+        "what is no number is a gap"
+    );
     assert_eq!(recorded.count("/world/colliders/0_floor", "step"), 0, "a still plane is logged once");
     assert!(recorded.count("/world/colliders/0_floor", "") > 0);
     assert_eq!(recorded.count("/world", ""), 1, "the axes");
