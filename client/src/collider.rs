@@ -22,7 +22,7 @@ pub struct Collider {
     pub name: String,
     /// Its shape at time 0, as the contract describes it; none: one that this client is too old to know.
     pub shape: Option<Shape>,
-    /// Its velocity (m/s), the same at all times.
+    /// Its velocity (m/s), the same at all times; frames that have a pose of it say more.
     pub velocity: [f64; 3],
 }
 
@@ -42,6 +42,24 @@ pub(crate) fn read(wire: Vec<v1::ColliderShape>) -> Result<Vec<Collider>, (Strin
 }
 
 impl Collider {
+    /// Its reference point at time 0 (m), which poses place: a centre, the middle of a segment, or a given point. None of a shape
+    /// that this client is too old to know.
+    pub fn reference(&self) -> Option<[f64; 3]> {
+        let middle = |start, end| {
+            let (start, end) = (components(start), components(end));
+            [0, 1, 2].map(|axis| 0.5 * (start[axis] + end[axis]))
+        };
+        Some(match self.shape.as_ref()? {
+            Shape::Plane(s) => components(s.point),
+            Shape::Sphere(s) => components(s.center),
+            Shape::Capsule(s) => middle(s.start, s.end),
+            Shape::Box(s) => components(s.center),
+            Shape::Cylinder(s) => middle(s.start, s.end),
+            Shape::HalfPipe(s) => components(s.point),
+            Shape::Mesh(s) => components(s.origin),
+        })
+    }
+
     /// Takes the message and checks its numbers; an error is the collider's name and what is wrong.
     fn from_wire(wire: v1::ColliderShape) -> Result<Self, (String, &'static str)> {
         let v1::ColliderShape { name, velocity, shape } = wire;
@@ -68,7 +86,7 @@ fn check(shape: &Shape) -> Checked {
         Shape::Box(s) => finite(&[s.center]).and(extent(s.half_extent)).and(right_angles(s.axis_x, s.axis_y)),
         Shape::Cylinder(s) => finite(&[s.start, s.end]).and(radius(s.radius)).and(apart(s.start, s.end)),
         Shape::HalfPipe(s) => finite(&[s.point]).and(radius(s.radius)).and(right_angles(s.axis, s.up)),
-        Shape::Mesh(s) => collider_mesh::check(s),
+        Shape::Mesh(s) => finite(&[s.origin]).and(collider_mesh::check(s)),
     }
 }
 

@@ -9,7 +9,7 @@ const TRIPLE_BYTES: usize = 12;
 
 /// What is wrong with a surface that is to be drawn.
 pub(crate) fn check(mesh: &v1::MeshShape) -> Result<(), &'static str> {
-    let v1::MeshShape { points_f32, triangles_u32 } = mesh;
+    let v1::MeshShape { points_f32, triangles_u32, .. } = mesh;
     let is_whole = |bytes: &[u8]| bytes.len().is_multiple_of(TRIPLE_BYTES);
     if !is_whole(points_f32) || !is_whole(triangles_u32) {
         return Err("its arrays hold no whole number of points and triangles");

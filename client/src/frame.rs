@@ -6,6 +6,8 @@ use std::borrow::Cow;
 
 use nappe_proto::v1;
 
+use crate::pose::ColliderPose;
+
 /// The particles at one instant, in the user's own numbering.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
@@ -31,6 +33,16 @@ pub struct Frame {
     pub dropped_count: u64,
     /// Diagnostics of the step that made the frame.
     pub diagnostics: Option<v1::Diagnostics>,
+    /// Where the colliders are that keys of the scene or calls move, in the order of the scene. Any other is where its
+    /// velocity has brought it since time 0, and is not turned.
+    pub poses: Vec<ColliderPose>,
+}
+
+impl Frame {
+    /// The pose of a collider, if keys or calls move it.
+    pub fn pose(&self, collider: &str) -> Option<&ColliderPose> {
+        self.poses.iter().find(|pose| pose.name == collider)
+    }
 }
 
 /// An array of 3-vectors: x y z per particle, flat, in the precision that was asked for.

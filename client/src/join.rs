@@ -111,7 +111,8 @@ fn join_mesh(parts: &[v1::ColliderShape]) -> v1::ColliderShape {
     }
     let points_f32 = concat(&meshes, |mesh| &mesh.points_f32);
     let triangles_u32 = concat(&meshes, |mesh| &mesh.triangles_u32);
-    v1::ColliderShape { shape: Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 })), ..first }
+    let whole = v1::MeshShape { points_f32, triangles_u32, origin: meshes[0].origin };
+    v1::ColliderShape { shape: Some(Shape::Mesh(whole)), ..first }
 }
 
 fn concat<T>(parts: &[T], array: impl Fn(&T) -> &Bytes) -> Bytes {
@@ -156,7 +157,8 @@ mod tests {
     fn a_mesh_continues_the_collider_before_it_and_no_other() {
         let part = |name: &str, points: &[u8], triangles: &[u8]| {
             let (points_f32, triangles_u32) = (points.to_vec().into(), triangles.to_vec().into());
-            let shape = Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 }));
+            let origin = Some([0.5, 0.25, 0.0].into());
+            let shape = Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32, origin }));
             v1::ColliderShape { name: name.to_owned(), velocity: None, shape }
         };
         let floor = v1::ColliderShape { name: "floor".to_owned(), ..v1::ColliderShape::default() };

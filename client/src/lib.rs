@@ -31,6 +31,7 @@ pub use nappe_proto::{Reason, v1};
 mod reconnect;
 mod selection;
 mod options;
+mod pose;
 mod frame;
 mod collider_mesh;
 mod collider;
@@ -59,6 +60,7 @@ pub use exit::Exit;
 pub use frame::{Frame, GridFrame, Scalars, Vectors};
 pub use mesh_file::MeshFile;
 pub use options::{CreateSession, DecodeLimits, Delivery, Encoding, Precision, Scene, Wait, WatchOptions};
+pub use pose::ColliderPose;
 pub use reconnect::ReconnectPolicy;
 pub use selection::{
     Axis, Field, Fields, GridOptions, GridSelection, ParseFieldError, ParseGridError, holds_snow,

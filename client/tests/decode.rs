@@ -211,7 +211,7 @@ fn tetrahedron(points: Option<Vec<f32>>, triangles: Option<Vec<u32>>) -> v1::Col
     let points = points.unwrap_or_else(|| vec![0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.]);
     let points_f32 = points.iter().flat_map(|c| c.to_le_bytes()).collect::<Vec<u8>>().into();
     let triangles_u32 = packed(&triangles.unwrap_or_else(|| vec![0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]));
-    let shape = v1::collider_shape::Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 });
+    let shape = v1::collider_shape::Shape::Mesh(v1::MeshShape { points_f32, triangles_u32, origin: None });
     v1::ColliderShape { name: "it".to_owned(), shape: Some(shape), velocity: None }
 }
 
@@ -231,7 +231,7 @@ fn a_mesh_is_whole_over_any_pieces_and_its_arrays_are_read() {
         let mut read = None;
         for i in 0..count {
             let (points_f32, triangles_u32) = (cut(&mesh.points_f32, i), cut(&mesh.triangles_u32, i));
-            let shape = Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 }));
+            let shape = Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32, origin: None }));
             let mut colliders = vec![v1::ColliderShape { shape, ..whole.clone() }];
             if i + 1 == count {
                 colliders.push(wall.clone());
@@ -271,6 +271,33 @@ fn a_mesh_that_cannot_be_drawn_is_refused() {
         let refused = refuse_topology(|t| t.colliders = colliders).to_string();
         assert!(refused.contains("collider \"it\"") && refused.contains(part), "{refused}, not {part}");
     }
+}
+
+#[test]
+fn poses_come_with_the_first_piece_and_name_colliders() {
+    let collider = |name: &str| v1::ColliderShape { name: name.to_owned(), ..v1::ColliderShape::default() };
+    let topology = v1::Topology { colliders: vec![collider("box"), collider("lid")], ..topology_of(2) };
+    let read = |poses: Vec<v1::ColliderPose>| {
+        let mut decoder = Decoder::new(Fields::positions(), DecodeLimits::default());
+        decoder.topology(topology.clone()).expect("a topology").expect("in one piece");
+        let [first, last] = halves();
+        decoder.frame(v1::Frame { poses, ..first })?;
+        decoder.frame(last).map(|frame| frame.expect("complete"))
+    };
+    let pose = |name: &str, x: f64, turn: [f64; 4]| v1::ColliderPose {
+        name: name.to_owned(),
+        position: Some([x, 2.0, 3.0].into()),
+        turn: Some(turn.into()),
+    };
+    let turn = [0.0, 0.6, 0.0, 0.8];
+    let frame = read(vec![pose("lid", 1.0, turn)]).expect("good");
+    assert_eq!(frame.pose("lid").map(|pose| (pose.position, pose.turn)), Some(([1.0, 2.0, 3.0], turn)));
+    assert_eq!((frame.pose("box"), frame.poses.len()), (None, 1));
+    let refused = read(vec![pose("it", 1.0, turn)]).expect_err("there is no such collider");
+    assert!(
+        matches!(&refused, DecodeError::Pose { frame: 3, collider, .. } if collider == "it"),
+        "{refused}"
+    );
 }
 
 /// Cuts both arrays of `count` particles at the same places, one piece for each part.

@@ -99,6 +99,14 @@ pub enum DecodeError {
         node: usize,
         value: f64,
     },
+    /// A pose that no collider can have.
+    #[error("frame {frame}: the pose of collider {collider:?}: {what}")]
+    Pose {
+        frame: u64,
+        /// The name that it has.
+        collider: String,
+        what: &'static str,
+    },
     /// A simulated time that is infinite or not a number.
     #[error("frame {frame}: its time is {time} s")]
     Time {

@@ -7,6 +7,9 @@
 mod error;
 mod arrays;
 mod grid;
+mod poses;
+
+use std::collections::HashSet;
 
 pub use error::DecodeError;
 use nappe_proto::v1;
@@ -20,13 +23,22 @@ use crate::{
     topology::{Topology, TopologyError},
 };
 
+/// What frames need to know of their topology.
+#[derive(Debug)]
+struct Announced {
+    id: u32,
+    particle_count: usize,
+    /// Names of the colliders; none where no topology came.
+    colliders: Option<HashSet<String>>,
+}
+
 /// Puts the frames of one stream together.
 #[derive(Debug)]
 pub struct Decoder {
     fields: Fields,
     limits: DecodeLimits,
-    /// Id and particle count of the topology announced.
-    topology: Option<(u32, usize)>,
+    /// The topology announced.
+    topology: Option<Announced>,
     /// Pieces of the next topology.
     pieces: Pieces,
     partial: Option<Partial>,
@@ -48,7 +60,9 @@ impl Decoder {
         self.topology = None;
         let Some(wire) = self.pieces.add(wire, self.limits.max_topology_bytes)? else { return Ok(None) };
         let topology = Topology::from_wire(wire, self.limits.max_particles)?;
-        self.topology = Some((topology.id, topology.particle_count));
+        let colliders = topology.colliders.iter().map(|collider| collider.name.clone()).collect();
+        let Topology { id, particle_count, .. } = topology;
+        self.topology = Some(Announced { id, particle_count, colliders: Some(colliders) });
         Ok(Some(topology))
     }
 
@@ -94,15 +108,15 @@ impl Decoder {
             return Err(DecodeError::Piece { frame: wire.frame, index, count, expected, expected_count });
         }
 
-        match (begun, self.topology) {
+        match (begun, &self.topology) {
             (Some(begun), _) => Ok(begun),
-            (None, Some((id, particles))) if id == wire.topology_id => {
-                Partial::begin(wire, chunk.count, particles, self.fields)
+            (None, Some(topology)) if topology.id == wire.topology_id => {
+                Partial::begin(wire, chunk.count, topology, self.fields)
             }
             (None, announced) => Err(DecodeError::UnknownTopology {
                 frame: wire.frame,
                 found: wire.topology_id,
-                announced: announced.map(|(id, _)| id),
+                announced: announced.as_ref().map(|topology| topology.id),
             }),
         }
     }
@@ -123,7 +137,8 @@ pub(crate) fn decode_whole(
 
     let (frame, chunk) = (wire.frame, wire.chunk);
     let mut decoder = Decoder::new(fields, limits);
-    decoder.topology = Some((wire.topology_id, particles));
+    let id = wire.topology_id;
+    decoder.topology = Some(Announced { id, particle_count: particles, colliders: None });
     let expected = || {
         let v1::Chunk { index, count } = chunk.unwrap_or_default();
         DecodeError::Piece { frame, index, count, expected: 0, expected_count: 1 }
@@ -148,7 +163,12 @@ struct Partial {
 }
 
 impl Partial {
-    fn begin(wire: &v1::Frame, count: u32, particles: usize, fields: Fields) -> Result<Self, DecodeError> {
+    fn begin(
+        wire: &v1::Frame,
+        count: u32,
+        topology: &Announced,
+        fields: Fields,
+    ) -> Result<Self, DecodeError> {
         if !wire.time_seconds.is_finite() {
             return Err(DecodeError::Time { frame: wire.frame, time: wire.time_seconds });
         }
@@ -164,13 +184,14 @@ impl Partial {
             grid: None,
             dropped_count: wire.dropped_count,
             diagnostics: wire.diagnostics.clone(),
+            poses: poses::read(&wire.poses, wire.frame, topology.colliders.as_ref())?,
         };
         let wanted = |field: Field, array: fn(&'static str) -> Joining| {
             fields.contains(field).then(|| array(field.name()))
         };
         Ok(Self {
             frame,
-            extent: FrameExtent { frame: wire.frame, particles },
+            extent: FrameExtent { frame: wire.frame, particles: topology.particle_count },
             count,
             received: 0,
             positions: Joining::vectors("positions"),

@@ -7,6 +7,8 @@ use nappe_sim::{
     world::{ClothParameters, SpringRange, WorldParameters},
 };
 
+use crate::stream::pose;
+
 /// The message of parameters as they are.
 pub(super) fn parameters(now: WorldParameters) -> v1::Parameters {
     let WorldParameters { gravity, wind, cloths, colliders } = now;
@@ -14,20 +16,16 @@ pub(super) fn parameters(now: WorldParameters) -> v1::Parameters {
         gravity: Some(gravity.into()),
         wind: Some(wind.into()),
         cloths: cloths.into_iter().map(cloth).collect(),
-        collider_poses: colliders.into_iter().map(collider_pose).collect(),
+        collider_poses: colliders.into_iter().map(|(name, now)| pose(name, now)).collect(),
     }
 }
 
 /// Tells where the colliders are now, in the order that they have been told in.
-pub(super) fn put_collider_poses(told: &mut v1::Parameters, pose: impl Fn(usize) -> Pose) {
+pub(super) fn put_collider_poses(told: &mut v1::Parameters, now: impl Fn(usize) -> Pose) {
     for (index, told) in told.collider_poses.iter_mut().enumerate() {
-        let Pose { position, turn } = pose(index);
+        let Pose { position, turn } = now(index);
         (told.position, told.turn) = (Some(position.into()), Some(turn.into()));
     }
-}
-
-fn collider_pose((name, Pose { position, turn }): (String, Pose)) -> v1::ColliderPose {
-    v1::ColliderPose { name, position: Some(position.into()), turn: Some(turn.into()) }
 }
 
 fn cloth(ClothParameters { name, drag, air, springs }: ClothParameters) -> v1::ClothParameters {

@@ -1,12 +1,15 @@
-//! A collider as clients receive it, to be drawn.
+//! A collider as clients receive it, to be drawn, and where it is.
 //!
-//! Enters: a collider of the simulation. Leaves: its message. A new shape of `nappe_sim` needs one
+//! Enters: a collider of the simulation. Leaves: its message; its pose. A new shape of `nappe_sim` needs one
 //! arm here and one message in frame.proto.
 
 use nappe_proto::v1::{self, collider_shape::Shape as Message};
-use nappe_sim::collide::{
-    Collider, Shape,
-    shape::{Capsule, Cuboid, Cylinder, HalfPipe, MeshSolid, Plane, Sphere},
+use nappe_sim::{
+    collide::{
+        Collider, Pose, Shape,
+        shape::{Capsule, Cuboid, Cylinder, HalfPipe, MeshSolid, Plane, Sphere},
+    },
+    world::Simulation,
 };
 
 use super::packing::packed;
@@ -15,6 +18,17 @@ use super::packing::packed;
 pub(super) fn collider(collider: &Collider) -> v1::ColliderShape {
     let velocity = Some(collider.velocity.into());
     v1::ColliderShape { name: collider.name.clone(), velocity, shape: Some(shape(collider)) }
+}
+
+/// Where the colliders are that keys or calls move.
+pub(super) fn poses(simulation: &Simulation) -> Vec<v1::ColliderPose> {
+    let moved = simulation.colliders().iter().filter(|collider| collider.way.is_some());
+    moved.map(|collider| pose(collider.name.clone(), collider.pose(simulation.time()))).collect()
+}
+
+/// The message of a collider's pose.
+pub(crate) fn pose(name: String, Pose { position, turn }: Pose) -> v1::ColliderPose {
+    v1::ColliderPose { name, position: Some(position.into()), turn: Some(turn.into()) }
 }
 
 fn shape(collider: &Collider) -> Message {
@@ -47,5 +61,5 @@ fn shape(collider: &Collider) -> Message {
 fn mesh(mesh: &MeshSolid) -> v1::MeshShape {
     let points_f32 = packed(mesh.points().as_flattened().iter().map(|c| (*c as f32).to_le_bytes()));
     let triangles_u32 = packed(mesh.triangles().as_flattened().iter().map(|i| i.to_le_bytes()));
-    v1::MeshShape { points_f32, triangles_u32 }
+    v1::MeshShape { points_f32, triangles_u32, origin: Some(mesh.origin().into()) }
 }

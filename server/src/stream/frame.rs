@@ -9,9 +9,11 @@ use std::sync::Arc;
 use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::world::Simulation;
+use prost::Message as _;
 
 use super::{
     arrays::{Arrays, Segments},
+    collider::poses,
     fields::{EncodedField, FieldSet, Wanted},
     grid_frame::{GridFrame, NODE_BYTES, packed_count, take_nodes},
     packing::NotFinite,
@@ -24,6 +26,8 @@ use super::{
 const ALLOCATION_BYTES: usize = 64;
 /// What a segment of an array takes besides its numbers: its allocation and that of its owner.
 const ARRAY_BYTES: usize = 2 * ALLOCATION_BYTES + 64;
+/// What a pose takes in a message besides its own bytes, at most: its key and its length.
+const POSE_HEAD_BYTES: usize = 8;
 /// Arrays of a grid.
 const GRID_ALLOCATIONS: usize = 3;
 
@@ -40,6 +44,8 @@ pub(crate) struct FrameHead {
     pub state_hash: Option<u64>,
     /// Diagnostics of the step that made the frame.
     pub diagnostics: v1::Diagnostics,
+    /// Where the colliders are that keys or calls move.
+    pub poses: Vec<v1::ColliderPose>,
 }
 
 impl FrameHead {
@@ -48,7 +54,7 @@ impl FrameHead {
         // A frame made at a stop is newer than the one that its step reported.
         let diagnostics = v1::Diagnostics { frame, ..diagnostics };
         let (step, time_seconds) = (simulation.step_count(), simulation.time());
-        Self { frame, step, time_seconds, state_hash: None, diagnostics }
+        Self { frame, step, time_seconds, state_hash: None, diagnostics, poses: poses(simulation) }
     }
 }
 
@@ -132,7 +138,10 @@ impl EncodedFrame {
         let load =
             |load: &v1::ColliderLoad| size_of::<v1::ColliderLoad>() + load.name.capacity() + ALLOCATION_BYTES;
         let loads: usize = self.head.diagnostics.loads.iter().map(load).sum();
-        size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages + loads
+        let poses =
+            self.head.poses.iter().map(|pose| size_of_val(pose) + pose.name.len() + 2 * ALLOCATION_BYTES);
+        let poses: usize = poses.sum();
+        size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages + loads + poses
     }
 
     /// The frame with these fields as one message, however large.
@@ -147,11 +156,12 @@ impl EncodedFrame {
             Some(field_data(field, 0, data))
         };
         let fields = fields.fields().filter_map(whole).collect();
-        self.message(fields, Some(self.head.diagnostics.clone()))
+        let diagnostics = Some(self.head.diagnostics.clone());
+        v1::Frame { diagnostics, poses: self.head.poses.clone(), ..self.message(fields) }
     }
 
-    /// A message of the frame, the only one.
-    fn message(&self, fields: Vec<v1::FieldData>, diagnostics: Option<v1::Diagnostics>) -> v1::Frame {
+    /// A message of the frame, without what its first piece alone has.
+    fn message(&self, fields: Vec<v1::FieldData>) -> v1::Frame {
         v1::Frame {
             frame: self.head.frame,
             step: self.head.step,
@@ -159,7 +169,6 @@ impl EncodedFrame {
             state_hash: self.head.state_hash,
             topology_id: TOPOLOGY_ID,
             fields,
-            diagnostics,
             ..v1::Frame::default()
         }
     }
@@ -167,6 +176,7 @@ impl EncodedFrame {
     /// The messages of the frame with what is `wanted`, each of at most 1 MiB.
     pub(crate) fn pieces(&self, wanted: &Wanted, dropped_count: u64) -> Vec<v1::Frame> {
         let mut cutter = Cutter::new(BUDGET_BYTES);
+        cutter.room = cutter.room.saturating_sub(poses_bytes(&self.head.poses));
         for field in wanted.fields.fields() {
             if let Some(segments) = &self.fields[field.index()] {
                 cutter.add_field(field, segments);
@@ -177,16 +187,21 @@ impl EncodedFrame {
             cutter.add_grid(grid.choose(choice));
         }
 
-        let mut diagnostics = Some(self.head.diagnostics.clone());
-        numbered(cutter.pieces)
-            .map(|(chunk, Piece { fields, grid })| v1::Frame {
-                chunk: Some(chunk),
-                dropped_count: if chunk.index == 0 { dropped_count } else { 0 },
-                grid,
-                ..self.message(fields, diagnostics.take())
-            })
-            .collect()
+        let message =
+            |(chunk, Piece { fields, grid })| v1::Frame { chunk: Some(chunk), grid, ..self.message(fields) };
+        let mut pieces: Vec<_> = numbered(cutter.pieces).map(message).collect();
+        if let Some(first) = pieces.first_mut() {
+            first.dropped_count = dropped_count;
+            first.diagnostics = Some(self.head.diagnostics.clone());
+            first.poses.clone_from(&self.head.poses);
+        }
+        pieces
     }
+}
+
+/// Bytes that poses take in a message, at most.
+fn poses_bytes(poses: &[v1::ColliderPose]) -> usize {
+    poses.iter().map(|pose| POSE_HEAD_BYTES + pose.encoded_len()).sum()
 }
 
 /// What one message carries of fields and grid.

@@ -28,6 +28,7 @@ mod watcher;
 mod frame_body;
 
 pub(crate) use arrays::Arrays;
+pub(crate) use collider::pose;
 pub(crate) use delivery::{Delivery, Pace};
 pub(crate) use demand::Wish;
 pub(crate) use diagnostics::{diagnostics, initial_diagnostics, rejected};

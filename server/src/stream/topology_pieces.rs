@@ -71,6 +71,7 @@ impl Cutter {
             let part = v1::MeshShape {
                 points_f32: part(&mut mesh.points_f32, 12, &mut room),
                 triangles_u32: part(&mut mesh.triangles_u32, 12, &mut room),
+                origin: mesh.origin,
             };
             let shape = Some(Shape::Mesh(part));
             self.last().colliders.push(v1::ColliderShape { name: name.to_owned(), velocity, shape });
@@ -156,7 +157,8 @@ mod tests {
     }
 
     fn mesh(name: &str, points: usize, triangles: usize) -> v1::ColliderShape {
-        let shape = v1::MeshShape { points_f32: bytes(12 * points), triangles_u32: bytes(12 * triangles) };
+        let (points_f32, triangles_u32) = (bytes(12 * points), bytes(12 * triangles));
+        let shape = v1::MeshShape { points_f32, triangles_u32, origin: Some([0.5; 3].into()) };
         let velocity = Some([0.0, 0.0, 1.0].into());
         v1::ColliderShape { name: name.into(), velocity, shape: Some(Shape::Mesh(shape)) }
     }
