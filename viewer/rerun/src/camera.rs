@@ -108,7 +108,8 @@ mod tests {
             [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
         let triangles = triangles.into_iter().flatten().flat_map(u32::to_le_bytes);
         let (points_f32, triangles_u32) = (points.collect::<Vec<u8>>(), triangles.collect::<Vec<u8>>());
-        let mesh = v1::MeshShape { points_f32: points_f32.into(), triangles_u32: triangles_u32.into() };
+        let (points_f32, triangles_u32) = (points_f32.into(), triangles_u32.into());
+        let mesh = v1::MeshShape { points_f32, triangles_u32, origin: None };
         let ball = v1::SphereShape { center: vector(center.map(f64::from)), radius: f64::from(radius) };
         assert_eq!(side(Shape::Mesh(mesh)), side(Shape::Sphere(ball)));
     }

@@ -1,32 +1,53 @@
-//! One collider to Rerun: a solid of its shape, or the part of an endless one that the scene needs, moving with
-//! its velocity.
+//! One collider to Rerun: a solid of its shape, or the part of an endless one that the scene needs, where frames say that it
+//! is, or moving with its velocity.
 //!
-//! Enters: `Collider` once, then the time (s) of each frame. Leaves: the shape once, then its position if it moves.
+//! Enters: `Collider` once, then frames. Leaves: the shape once, then its place whenever that is another one.
 
-use nappe_client::Collider;
+use nappe_client::{Collider, ColliderPose, Frame};
 
 use crate::{
     body::entity_name,
     error::{RerunError, refused},
     extent::Extent,
-    geometry::Bounds,
+    geometry::{Bounds, narrow},
     outline::{Drawing, Outline},
     sdk::{RecordingStream, Transform3D},
 };
 
+/// The axes of what is not turned.
+const WORLD: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// How a collider is drawn.
 pub(crate) struct ColliderView {
     path: String,
+    name: String,
     outline: Outline,
+    /// Its reference point at time 0 (m).
+    reference: [f64; 3],
     /// Its velocity (m/s).
     velocity: [f64; 3],
+    /// Where it was logged last.
+    logged: Option<Place>,
+}
+
+/// Where a drawing is: its own origin (m), and where its own axes point, one per column; none: along the world's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Place {
+    origin: [f32; 3],
+    axes: Option<[[f32; 3]; 3]>,
 }
 
 impl ColliderView {
     /// Collider number `index` of a session; none if its shape is newer than this viewer.
     pub(crate) fn new(collider: &Collider, index: usize) -> Option<Self> {
-        let path = format!("world/colliders/{}", entity_name(&collider.name, index));
-        Some(Self { path, outline: Outline::of(collider.shape.as_ref()?), velocity: collider.velocity })
+        Some(Self {
+            path: format!("world/colliders/{}", entity_name(&collider.name, index)),
+            name: collider.name.clone(),
+            outline: Outline::of(collider.shape.as_ref()?),
+            reference: collider.reference()?,
+            velocity: collider.velocity,
+            logged: None,
+        })
     }
 
     /// What it fills.
@@ -53,36 +74,94 @@ impl ColliderView {
             Drawing::Ground(ground) if ground.hides_all_from(eye, self.origin()) => return Ok(()),
             Drawing::Ground(ground) => stream.log_static(&*self.path, &ground.mesh(self.origin(), scene)),
         };
-        logged.map_err(refused(&self.path))?;
-
-        if self.moves() {
-            return Ok(());
-        }
-        stream.log_static(&*self.path, &self.transform(0.0)).map_err(refused(&self.path))
+        logged.map_err(refused(&self.path))
     }
 
-    /// Logs the position at `time` (s), if the collider moves.
-    pub(crate) fn log(&self, stream: &RecordingStream, time: f64) -> Result<(), RerunError> {
-        if !self.moves() {
+    /// Logs where the collider is in a frame, unless it is where it was. What does not move may be moved by a call later, so
+    /// that nothing is logged for all times.
+    pub(crate) fn log(&mut self, stream: &RecordingStream, frame: &Frame) -> Result<(), RerunError> {
+        let place = self.place(frame.pose(&self.name), frame.time);
+        if self.logged.replace(place) == Some(place) {
             return Ok(());
         }
-        stream.log(&*self.path, &self.transform(time)).map_err(refused(&self.path))
-    }
-
-    fn moves(&self) -> bool {
-        self.velocity != [0.0; 3]
+        let Place { origin, axes } = place;
+        let transform = match axes {
+            Some(axes) => Transform3D::from_translation_mat3x3(origin, axes),
+            None => Transform3D::from_translation(origin),
+        };
+        stream.log(&*self.path, &transform).map_err(refused(&self.path))
     }
 
     fn origin(&self) -> [f32; 3] {
-        self.outline.origin.map(|c| c as f32)
+        narrow(self.outline.origin)
     }
 
-    fn transform(&self, time: f64) -> Transform3D {
+    /// Where it is in its pose, or without one at `time` (s).
+    fn place(&self, pose: Option<&ColliderPose>, time: f64) -> Place {
         let (Outline { origin, axes, .. }, velocity) = (&self.outline, self.velocity);
-        let at: [f32; 3] = std::array::from_fn(|axis| (origin[axis] + time * velocity[axis]) as f32);
-        match axes {
-            Some(axes) => Transform3D::from_translation_mat3x3(at, *axes),
-            None => Transform3D::from_translation(at),
+        let Some(pose) = pose else {
+            let origin = std::array::from_fn(|axis| (origin[axis] + time * velocity[axis]) as f32);
+            return Place { origin, axes: *axes };
+        };
+        let turned = |axis: [f32; 3]| narrow(pose.turned(axis.map(f64::from)));
+        Place {
+            origin: narrow(pose.moved(*origin, self.reference)),
+            axes: Some(axes.unwrap_or(WORLD).map(turned)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nappe_client::{
+        Shape,
+        v1::{BoxShape, CapsuleShape, Vector3},
+    };
+
+    use super::*;
+
+    fn vector([x, y, z]: [f64; 3]) -> Option<Vector3> {
+        Some(Vector3 { x, y, z })
+    }
+
+    fn view(shape: Shape) -> ColliderView {
+        let collider = Collider { name: "it".to_owned(), shape: Some(shape), velocity: [1.0, 0.0, 0.0] };
+        ColliderView::new(&collider, 0).expect("a known shape")
+    }
+
+    /// A quarter about y, which takes x to -z and z to x.
+    fn quarter() -> ColliderPose {
+        let half = 0.5_f64.sqrt();
+        ColliderPose { name: "it".to_owned(), position: [5.0, 6.0, 7.0], turn: [0.0, half, 0.0, half] }
+    }
+
+    fn assert_near(place: Place, origin: [f32; 3], axes: [[f32; 3]; 3]) {
+        let found = place.axes.expect("it is turned");
+        let pairs =
+            place.origin.iter().zip(&origin).chain(found.as_flattened().iter().zip(axes.as_flattened()));
+        for (found, expected) in pairs {
+            assert!((found - expected).abs() < 1e-6, "{place:?}, not {origin:?} {axes:?}");
+        }
+    }
+
+    #[test]
+    fn a_box_is_at_its_pose_and_its_own_axes_turn_with_it() {
+        let (axis_x, axis_y) = (vector([0.0, 1.0, 0.0]), vector([-1.0, 0.0, 0.0]));
+        let (center, half_extent) = (vector([1.0, 2.0, 3.0]), vector([1.0; 3]));
+        let view = view(Shape::Box(BoxShape { center, half_extent, axis_x, axis_y }));
+        let turned = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
+        assert_near(view.place(Some(&quarter()), 2.0), [5.0, 6.0, 7.0], turned);
+        let still = view.place(None, 2.0);
+        assert_eq!((still.origin, still.axes), ([3.0, 2.0, 3.0], view.outline.axes));
+    }
+
+    #[test]
+    fn a_capsule_which_is_drawn_from_its_start_turns_about_its_middle() {
+        let (start, end) = (vector([0.0, 0.0, 0.0]), vector([2.0, 0.0, 0.0]));
+        let view = view(Shape::Capsule(CapsuleShape { start, end, radius: 0.5 }));
+        let axes = view.outline.axes.expect("it has a direction");
+        let turned = axes.map(|[x, y, z]| [z, y, -x]);
+        // The start is 1 m behind the middle along x, which turns to 1 m along z.
+        assert_near(view.place(Some(&quarter()), 0.0), [5.0, 6.0, 8.0], turned);
     }
 }

@@ -189,8 +189,8 @@ impl Recorder {
         for body in &scene.bodies {
             body.log(&self.stream, points, colors)?;
         }
-        for collider in &scene.colliders {
-            collider.log(&self.stream, frame.time)?;
+        for collider in &mut scene.colliders {
+            collider.log(&self.stream, frame)?;
         }
         if let Some(grid) = &frame.grid {
             scene.grid.log(&self.stream, grid)?;
