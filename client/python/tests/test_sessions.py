@@ -130,6 +130,7 @@ velocity = [0, 0, 0.5]
         assert (collider.name, collider.kind, collider.velocity) == ("solid", "mesh", (0.0, 0.0, 0.5))
         assert np.array_equal(collider.shape["points"], points.astype(np.float32))
         assert np.array_equal(collider.shape["triangles"], triangles)
+        assert collider.shape["origin"] == (0.0, 0.0, 0.0)
         session.step(2)
         told = session.refresh().info.diagnostics
         assert told is not None and told.notices.pinched_particles == 0

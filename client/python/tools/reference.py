@@ -75,6 +75,7 @@ TYPES = {
     "Forces": "_acting",
     "States": "_acting",
     "Poses": "_moving",
+    "FramePoses": "_poses",
     "Quaternion": "_reports",
 }
 """Names of types that stand in signatures, and the modules that say what they are."""

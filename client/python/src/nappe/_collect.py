@@ -15,6 +15,7 @@ from nappe._arrays import FIELDS, Array
 from nappe._checks import whole
 from nappe._errors import Error, refused
 from nappe._frames import Frame
+from nappe._poses import FramePoses
 from nappe._properties import SessionProperties
 from nappe._reports import Diagnostics
 from nappe._topology import Topology
@@ -60,6 +61,7 @@ class Collector:
         self._arrays: dict[str, Array] = {}
         self._frames: list[tuple[int, int, float, str | None]] = []
         self._steps: list[Diagnostics | None] = []
+        self._poses: list[FramePoses] = []
         self._topology: Topology | None = None
 
     def _check_size(self) -> None:
@@ -89,6 +91,7 @@ class Collector:
                 array[len(self._frames)] = getattr(frame, name)
             self._frames.append((frame.number, frame.step, frame.time, frame.state_hash))
             self._steps.append(frame.diagnostics)
+            self._poses.append(frame.poses)
         return not self._to_the_end and frame.step + self._session.frame_interval_steps > self.stop
 
     def trajectory(self, end: SessionEnd | None) -> Trajectory:
@@ -109,4 +112,5 @@ class Collector:
             steps=tuple(self._steps),
             end=end,
             scene=self._session._scene,
+            poses=tuple(self._poses),
         )

@@ -27,7 +27,7 @@ _ENDS = {"cylinder": ("start", "end")}
 
 @dataclass(frozen=True)
 class Collider:
-    """A collider, to be drawn. It moves at constant velocity, and does not turn."""
+    """A collider, to be drawn. It moves at constant velocity, and does not turn, unless frames have its pose."""
 
     name: str
     """Its name in the scene."""
@@ -36,8 +36,8 @@ class Collider:
     velocity: Vector
     """Velocity (m/s)."""
     shape: dict[str, float | Vector | NDArray[np.float32] | NDArray[np.uint32]]
-    """Its numbers at time 0 (m), under the names of the contract. Of a mesh: `points` (n, 3), and `triangles` (m, 3),
-    which are indices of points, turned outwards."""
+    """Its numbers at time 0 (m), under the names of the contract. Of a mesh: `points` (n, 3), `triangles` (m, 3), which
+    are indices of points, turned outwards, and `origin`, its reference point."""
 
     def __eq__(self, other: object) -> bool:
         """Whether all is the same; arrays are, if all their numbers are."""
@@ -67,9 +67,10 @@ def _read(wire: Message) -> Collider | None:
         return None
     velocity = (wire.velocity.x, wire.velocity.y, wire.velocity.z)
     if kind == "mesh":
-        if not all(map(math.isfinite, velocity)):
+        surface = _surface(wire)
+        if not all(map(math.isfinite, (*velocity, *surface["origin"]))):
             raise _broken(wire.name, "a coordinate is not finite")
-        return Collider(wire.name, kind, velocity, _surface(wire))
+        return Collider(wire.name, kind, velocity, surface)
     message = getattr(wire, kind)
     shape: dict[str, Any] = {}
     for field in message.DESCRIPTOR.fields:
@@ -82,7 +83,7 @@ def _read(wire: Message) -> Collider | None:
 
 
 def _surface(wire: Message) -> dict[str, Any]:
-    """The arrays of a mesh."""
+    """The arrays of a mesh, and its reference point."""
     if len(wire.mesh.points_f32) % 12 or len(wire.mesh.triangles_u32) % 12:
         raise _broken(wire.name, "its arrays hold no whole number of points and triangles")
     points = np.frombuffer(wire.mesh.points_f32, "<f4").reshape(-1, 3)
@@ -93,7 +94,8 @@ def _surface(wire: Message) -> dict[str, Any]:
         raise _broken(wire.name, "a coordinate is not finite")
     if triangles.max() >= len(points):
         raise _broken(wire.name, "a triangle of it names a point that is not there")
-    return {"points": points, "triangles": triangles}
+    origin = wire.mesh.origin
+    return {"points": points, "triangles": triangles, "origin": (origin.x, origin.y, origin.z)}
 
 
 def _wrong(kind: str, shape: dict[str, Any], velocity: Vector) -> str | None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from nappe._arrays import FIELDS, Array, Arrays, BodyArrays
 from nappe._contract import Message, number
 from nappe._errors import Error
+from nappe._poses import FramePoses, read_poses
 from nappe._reading import hexadecimal, read
 from nappe._reports import ColliderLoad, Diagnostics
 from nappe._topology import MAX_PARTICLES, Topology, place
@@ -92,6 +93,9 @@ class Frame(Arrays):
         """Frames that were left out since the one before, of a stream of the newest."""
         self.grid = grid
         """Nodes of the snow's grid, if they were asked for."""
+        self.poses: FramePoses = read_poses(wire)
+        """Position (m) and turn, a quaternion x, y, z, w of length 1, of the colliders that keys of the scene or calls
+        move, by their names. Any other is where its velocity has brought it since time 0, and is not turned."""
 
     @property
     def topology(self) -> Topology:

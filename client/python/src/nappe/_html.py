@@ -21,6 +21,7 @@ from nappe._colliders import Collider
 from nappe._errors import REASONS, Error, refused
 from nappe._files import packed_bytes
 from nappe._packed import GREATEST_EXPONENT, LIMIT, OutOfReachError, pack, quantize, step_within
+from nappe._poses import FramePoses
 from nappe._reports import Diagnostics
 from nappe._stacked import StackedFrames
 from nappe._topology import Body
@@ -162,7 +163,7 @@ def _collider(collider: Collider) -> Json:
     shape: Json = dict(collider.shape)
     if collider.kind == "mesh":
         points = np.asarray(shape["points"], "<f4").tobytes()
-        shape = {"points": base64.b64encode(points).decode("ascii"), "triangles": _indices(shape["triangles"])}
+        shape |= {"points": base64.b64encode(points).decode("ascii"), "triangles": _indices(shape["triangles"])}
     return {
         "name": collider.name,
         "velocity": collider.velocity,
@@ -189,6 +190,7 @@ def _blocks(trajectory: StackedFrames, color: str | None, step: float) -> Iterat
                 "time": float(trajectory.time[index]),
                 "positions": _packed(numbers, before),
                 "scalar": None if scalars is None else _packed(scalars, scalar_before),
+                "poses": _poses(trajectory.poses[index]) if trajectory.poses else None,
                 **_plotted(trajectory.steps[index]),
             }
         )
@@ -225,6 +227,11 @@ def _scalars(trajectory: StackedFrames, color: str, index: int) -> NDArray[np.in
     farthest = np.float32(step * (1 << 22))
     near = np.where(np.isnan(values), np.float32(0.0), np.clip(values, -farthest, farthest))
     return quantize(near.reshape(-1, 1), step)
+
+
+def _poses(poses: FramePoses) -> list[Json] | None:
+    """Where colliders are that keys or calls move; None if there are none."""
+    return [{"name": name, "position": place, "turn": turn} for name, (place, turn) in poses.items()] or None
 
 
 def _plotted(step: Diagnostics | None) -> Json:

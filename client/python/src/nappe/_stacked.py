@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from nappe._arrays import Array, Arrays, BodyArrays
 from nappe._diagnostics import diagnostics_array, diagnostics_table
+from nappe._poses import FramePoses
 from nappe._reports import Diagnostics
 from nappe._topology import Topology
 from nappe._values import SessionEnd, SessionInfo
@@ -44,6 +45,8 @@ class StackedFrames(Arrays):
     """How the session finished; None if it goes on."""
     scene: str | None = None
     """Text of the scene, if it is known."""
+    poses: tuple[FramePoses, ...] = ()
+    """Where the colliders are in each frame that keys or calls move, as `Frame.poses` has it."""
 
     @cached_property
     def diagnostics(self) -> NDArray[np.void]:
