@@ -29,7 +29,7 @@ export function complaint({ velocity, shape: { case: kind, value: shape } }: Col
     case 'halfPipe':
       return finite(shape.point) ?? radius(shape.radius) ?? rightAngles(shape.axis, shape.up);
     case 'mesh':
-      return surface(shape);
+      return finite(shape.origin) ?? surface(shape);
     case undefined:
       return null;
   }
@@ -49,16 +49,23 @@ export function wrongCollider(colliders: ColliderShape[]): { name: string; what:
   return null;
 }
 
-/** The arrays of a mesh: x y z of each point at time 0 (m), and three points of each triangle, turned outwards. */
+/**
+ * The arrays of a mesh: x y z of each point at time 0 (m), and three points of each triangle, turned outwards; and the
+ * reference point that its poses place.
+ */
 export interface Mesh {
   kind: 'mesh';
+  origin: [number, number, number];
   points: Float32Array<ArrayBuffer>;
   triangles: Uint32Array<ArrayBuffer>;
 }
 
 /** Reads the arrays of a mesh collider of a topology, which are copies. */
-export function meshOf({ pointsF32, trianglesU32 }: MeshShape): Mesh {
-  return { kind: 'mesh', points: new Float32Array(new Uint8Array(pointsF32).buffer), triangles: new Uint32Array(new Uint8Array(trianglesU32).buffer) };
+export function meshOf({ pointsF32, trianglesU32, origin }: MeshShape): Mesh {
+  return {
+    kind: 'mesh', origin: [origin?.x ?? 0, origin?.y ?? 0, origin?.z ?? 0],
+    points: new Float32Array(new Uint8Array(pointsF32).buffer), triangles: new Uint32Array(new Uint8Array(trianglesU32).buffer),
+  };
 }
 
 /** The arrays of a collider, which only a mesh has. */

@@ -7,6 +7,7 @@ import { Joining, Pool, type Numbers } from './arrays.ts';
 import { broken } from './errors.ts';
 import { Field, type Diagnostics, type Frame as Wire } from './gen/nappe/v1/frame_pb.ts';
 import type { StateChange } from './gen/nappe/v1/simulation_pb.ts';
+import { type Pose, readPoses } from './poses.ts';
 import { place, type Topology } from './topology.ts';
 
 /** Arrays in each frame besides positions. */
@@ -37,6 +38,11 @@ export interface LiveFrame {
   /** Of the step that made the frame. */
   readonly diagnostics: Diagnostics | null;
   readonly topology: Topology;
+  /**
+   * Where the colliders are that keys of the scene or calls move. Any other is where its velocity has brought it since
+   * time 0, and is not turned.
+   */
+  readonly poses: readonly Pose[];
   /** x y z of each particle (m). */
   readonly positions: Numbers;
   /** The arrays that were asked for: velocities have three numbers per particle (m/s), the others one. */
@@ -57,6 +63,7 @@ interface Making {
   received: number;
   bytes: number;
   arrays: Map<Field, Joining>;
+  poses: readonly Pose[];
 }
 
 /** Puts the frames of one stream together. */
@@ -105,19 +112,20 @@ export class FrameJoiner {
 
     if (this.#topology?.id !== piece.topologyId) throw broken(`frame ${piece.frame} belongs to topology ${piece.topologyId}, which did not come`);
     if (!Number.isFinite(piece.timeSeconds)) throw broken(`frame ${piece.frame}: its time is ${piece.timeSeconds} s`);
+    const poses = readPoses(piece, this.#topology);
     const arrays = new Map(this.#names.map((name) => [FIELDS[name].field, new Joining(name, FIELDS[name].width)]));
-    this.#partial = { wire: piece, count, received: 0, bytes: 0, arrays };
+    this.#partial = { wire: piece, count, received: 0, bytes: 0, arrays, poses };
     return this.#partial;
   }
 
-  #finish({ wire, arrays, bytes }: Making, session: StateChange | null): LiveFrame {
+  #finish({ wire, arrays, bytes, poses }: Making, session: StateChange | null): LiveFrame {
     const topology = this.#topology as Topology;
     const told = `frame ${wire.frame}`;
     const whole = this.#names.map((name) => [name, (arrays.get(FIELDS[name].field) as Joining).whole(topology.particleCount, told)] as const);
     let held = whole.map(([, array]) => array);
     return {
       frame: wire.frame, step: wire.step, time: wire.timeSeconds, stateHash: wire.stateHash ?? null, dropped: wire.droppedCount,
-      session, diagnostics: wire.diagnostics ?? null, topology, positions: whole[0][1], fields: Object.fromEntries(whole.slice(1)), bytes,
+      session, diagnostics: wire.diagnostics ?? null, topology, poses, positions: whole[0][1], fields: Object.fromEntries(whole.slice(1)), bytes,
       release: () => {
         for (const array of held) this.#pool.give(array);
         held = [];

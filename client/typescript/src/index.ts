@@ -7,6 +7,7 @@ export type { Numbers } from './arrays.ts';
 export type { FieldName, LiveFrame } from './frame.ts';
 export type { Changes, CreateOptions, ForkOptions, PrecisionName, SessionRef, StepOptions, UpdateOptions } from './requests.ts';
 export type { FrameOptions, StreamOptions } from './streams.ts';
+export type { Pose } from './poses.ts';
 export type { ConnectOptions } from './target.ts';
 export type { Body, Topology } from './topology.ts';
 export type { ColliderShape, Diagnostics, MeshShape, Vector3 } from './gen/nappe/v1/frame_pb.ts';

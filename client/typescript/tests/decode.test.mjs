@@ -108,6 +108,33 @@ test('a frame that does not fit is refused by name', () => {
   assert.throws(() => before.add(frame([points(whole)]), 0, null), /did not come/);
 });
 
+test('poses come with the first piece, or are refused by name', () => {
+  const colliders = ['box', 'lid'].map((name) => ({ name }));
+  const half = (index, poses) => create(FrameSchema, {
+    frame: 7n, topologyId: 3, chunk: { index, count: 2 }, poses,
+    fields: [{ field: Field.POSITIONS, encoding: Encoding.RAW_F32, firstParticle: index, data: bytes(Float32Array.of(1, 2, 3)) }],
+  });
+  const read = (...poses) => {
+    const joiner = new FrameJoiner([]);
+    joiner.begin(new TopologyJoiner().add(topology(3, 2, undefined, { colliders })));
+    joiner.add(half(0, poses), 0, null);
+    return joiner.add(half(1, []), 0, null).poses;
+  };
+  const pose = (name, x, turn = { y: 0.6, w: 0.8 }) => ({ name, position: { x, y: 2, z: 3 }, turn });
+  assert.deepEqual(read(pose('lid', 1), { name: 'box' }), [
+    { name: 'lid', position: [1, 2, 3], turn: [0, 0.6, 0, 0.8] }, { name: 'box', position: [0, 0, 0], turn: [0, 0, 0, 1] },
+  ]);
+  assert.deepEqual(read(), []);
+  for (const [poses, words] of [
+    [[pose('it', 1)], /collider 'it': no collider has this name/],
+    [[pose('box', 1), pose('box', 1)], /collider 'box': .*twice/],
+    [[pose('box', Number.NaN)], /not finite/],
+    [[pose('box', 1, {})], /length 1/],
+    [[pose('box', 1, { w: 1 + 2e-6 })], /length 1/],
+    [[pose('box', 1, { w: Number.NaN })], /length 1/],
+  ]) assert.throws(() => read(...poses), words);
+});
+
 test('a frame in the making is void where a stream begins anew', () => {
   const draw = random(3);
   const joiner = new FrameJoiner(['stress']);
@@ -180,7 +207,7 @@ const TRIANGLES = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];
 
 /** A tetrahedron, with these arrays in place of its own. */
 const mesh = (points = bytes(Float32Array.from(CORNERS)), triangles = u32(...TRIANGLES), name = 'it') =>
-  ({ name, velocity: { z: 2 }, shape: { case: 'mesh', value: { pointsF32: points, trianglesU32: triangles } } });
+  ({ name, velocity: { z: 2 }, shape: { case: 'mesh', value: { pointsF32: points, trianglesU32: triangles, origin: { x: 4, z: 5 } } } });
 
 test('a mesh goes on from piece to piece', () => {
   const [ball, whole] = [{ name: 'ball', shape: { case: 'sphere', value: { radius: 1 } } }, mesh()];
@@ -200,8 +227,8 @@ test('a mesh goes on from piece to piece', () => {
       for (const array of lent) array.fill(255);
     }
     assert.deepEqual(read.colliders.map(({ name }) => name), ['ball', 'it', 'other']);
-    const { kind, points, triangles } = meshOf(read.colliders[1].shape.value);
-    assert.deepEqual([kind, [...points], [...triangles]], ['mesh', CORNERS, TRIANGLES], `parts of ${size} bytes`);
+    const { kind, points, triangles, origin } = meshOf(read.colliders[1].shape.value);
+    assert.deepEqual([kind, [...points], [...triangles], origin], ['mesh', CORNERS, TRIANGLES, [4, 0, 5]], `parts of ${size} bytes`);
     assert.equal(read.colliders[1].velocity.z, 2);
     assert.ok(sameTopology(read, expected));
   }
