@@ -1,50 +1,67 @@
-// Colliders: a solid of each shape, or the part of an endless one that the scene needs, moving with its velocity.
+// Colliders: a solid of each shape, or the part of an endless one that the scene needs, at its pose or moving with its
+// velocity.
 //
-// Enters: colliders, the bounds of the scene (m), then the time (s) of each frame. Leaves: lit objects.
+// Enters: colliders, the bounds of the scene (m), then frames. Leaves: lit objects.
 
 import {
   BoxGeometry, type BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Mesh, MeshLambertMaterial, type Object3D,
-  SphereGeometry, Vector3,
+  Quaternion, SphereGeometry, Vector3,
 } from 'three';
 import { SOLID_COLOR } from './coloring.ts';
 import { facets } from './facets.ts';
 import { type Bounds, along, cross, length, minus, tangents, unit } from './geometry.ts';
 import { disc, lit, trough } from './ground.ts';
-import type { Collider, ColliderShape, Vector } from './scene.ts';
+import type { Collider, ColliderShape, Frame, Pose, Vector } from './scene.ts';
 import { rgb } from './stage.ts';
 
 /** A drawn solid over the solid: between particles that lie on a ball, a triangle passes below its surface. */
 const SOLID_SCALE = 0.985;
 const FACETS = 64;
 
-/** A shape as it is drawn: around its own origin, which is a point at time 0. */
+/** A shape as it is drawn: around its own origin, which is a point at time 0; and the point that its poses place. */
 interface Outline {
   origin: Vector;
   object: Object3D;
+  reference?: Vector;
+}
+
+/** A collider, and how its object is turned at time 0. */
+interface Placed {
+  outline: Outline;
+  start: Quaternion;
+  velocity: Vector;
 }
 
 export class Colliders {
   readonly objects: Object3D[];
-  private readonly moving: { outline: Outline; velocity: Vector }[];
+  private readonly all: Placed[];
 
   /** Everything is drawn relative to `origin`. */
   constructor(colliders: readonly Collider[], scene: Bounds, private readonly origin: Vector) {
-    const all = colliders.map(({ name, shape, velocity }) => {
+    this.all = colliders.map(({ name, shape, velocity }) => {
       const outline = outlineOf(shape, scene);
       outline.object.name = name;
-      this.place(outline, velocity, 0);
-      return { outline, velocity };
+      return { outline, start: outline.object.quaternion.clone(), velocity };
     });
-    this.objects = all.map(({ outline }) => outline.object);
-    this.moving = all.filter(({ velocity }) => length(velocity) > 0);
+    this.objects = this.all.map(({ outline }) => outline.object);
+    this.update({ time: 0, poses: [] });
   }
 
-  update(time: number): void {
-    for (const { outline, velocity } of this.moving) this.place(outline, velocity, time);
+  update({ time, poses }: Pick<Frame, 'time' | 'poses'>): void {
+    const posed = new Map(poses.map((pose) => [pose.name, pose]));
+    for (const placed of this.all) this.place(placed, posed.get(placed.outline.object.name), time);
   }
 
-  private place({ origin, object }: Outline, velocity: Vector, time: number): void {
-    object.position.set(...minus(along(origin, time, velocity), this.origin));
+  private place({ outline: { origin, object, reference = origin }, start, velocity }: Placed, pose: Pose | undefined, time: number): void {
+    if (pose === undefined) {
+      object.quaternion.copy(start);
+      object.position.set(...minus(along(origin, time, velocity), this.origin));
+      return;
+    }
+    const turn = new Quaternion(...pose.turn);
+    object.quaternion.multiplyQuaternions(turn, start);
+    object.position.set(...minus(origin, reference)).applyQuaternion(turn);
+    object.position.add(new Vector3(...minus(pose.position, this.origin)));
   }
 }
 
@@ -73,7 +90,7 @@ function outlineOf(shape: ColliderShape, scene: Bounds): Outline {
     case 'mesh': {
       const origin = along(shape.low, 0.5, minus(shape.high, shape.low));
       const { positions, normals, triangles } = facets(shape, origin);
-      return { origin, object: solid(lit(positions, normals, triangles)) };
+      return { origin, object: solid(lit(positions, normals, triangles)), reference: shape.origin };
     }
   }
 }

@@ -8,12 +8,12 @@ const REACH = 3;
 /** Balls along the axis of a round solid, to see whether it hides something. */
 const BALLS = 9;
 
-/** A mesh, with the box around all of its triangles. */
-export function meshShape(points: Float32Array<ArrayBuffer>, triangles: Uint32Array<ArrayBuffer>): MeshShape {
+/** A mesh, with the box around all of its triangles; poses place `origin` (m). */
+export function meshShape(points: Float32Array<ArrayBuffer>, triangles: Uint32Array<ArrayBuffer>, origin: Vector = [0, 0, 0]): MeshShape {
   const box = new Bounds();
   for (const point of triangles) box.add(points.subarray(3 * point, 3 * point + 3));
   const corners = box.corners();
-  return { kind: 'mesh', points, triangles, low: corners[0], high: corners[7] };
+  return { kind: 'mesh', points, triangles, low: corners[0], high: corners[7], origin };
 }
 
 /** Grows the bounds of the scene by what a collider fills; endless ones have no bounds. */

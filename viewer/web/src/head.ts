@@ -119,5 +119,7 @@ async function readMesh(shape: Fields, name: string): Promise<ColliderShape> {
   const triangles = await readIndices(shape['triangles'], `triangles of ${name}`, 3);
   if (triangles.length === 0) throw new FormatError(`${name} has no triangles`);
   if (triangles.some((index) => index >= points.length / 3)) throw new FormatError(`triangles of ${name} name points that it has not`);
-  return meshShape(points, triangles);
+  // Files that are older than poses have no origin, and need none.
+  const origin = optional(shape['origin'], (value) => vector(value, `origin of ${name}`));
+  return meshShape(points, triangles, origin ?? undefined);
 }

@@ -96,9 +96,9 @@ export class LivePicture {
 }
 
 /** As a view draws it. */
-function frameOf({ time, positions, fields }: LiveFrame): Frame {
+function frameOf({ time, positions, fields, poses }: LiveFrame): Frame {
   const scalar = fields.plastic_ratio;
-  return { time, numbers: positions as Float32Array, step: 1, scalar: scalar === undefined ? null : scalar as Float32Array<ArrayBuffer> };
+  return { time, numbers: positions as Float32Array, step: 1, scalar: scalar === undefined ? null : scalar as Float32Array<ArrayBuffer>, poses };
 }
 
 /** Null, and a message, if this browser draws nothing. */

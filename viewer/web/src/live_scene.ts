@@ -55,8 +55,8 @@ function shapeOf(shape: Shape['shape']): ColliderShape | null {
       return { kind: 'half_pipe', point: vector(point), axis: vector(axis), up: vector(up), radius };
     }
     case 'mesh': {
-      const { points, triangles } = meshOf(shape.value);
-      return meshShape(points, triangles);
+      const { points, triangles, origin } = meshOf(shape.value);
+      return meshShape(points, triangles, origin);
     }
     default:
       return null;

@@ -5,6 +5,7 @@
 import { type Head, readHead } from './head.ts';
 import { FormatError, type Fields, bytes, fields, list, number, optional, positive, text, whole } from './json.ts';
 import { addBase, inflate, restore, sum } from '../../../client/typescript/src/packed.ts';
+import { readPoses } from './poses.ts';
 import { type Diagnostics, type Frame, type Range, isPoints } from './scene.ts';
 
 /** Decoded blocks that are kept: no more than so many, nor so many bytes beyond two. */
@@ -279,17 +280,17 @@ async function decode(block: Block, head: Head, most = Infinity): Promise<Frame[
     // Each is awaited below, but not before those ahead of it.
     positions.catch(() => undefined);
     scalar?.catch(() => undefined);
-    return { positions, scalar, time: number(frame['time'], 'time of a frame') };
+    return { positions, scalar, time: number(frame['time'], 'time of a frame'), poses: readPoses(frame['poses']) };
   });
 
   const frames: Frame[] = [];
   let numbers: Int32Array | null = null;
   let scalars: Int32Array | null = null;
-  for (const { positions, scalar, time } of inflated) {
+  for (const { positions, scalar, time, poses } of inflated) {
     numbers = added(sum(await positions, shapes.positions), numbers);
     scalars = scalar === null ? null : added(sum(await scalar, shapes.scalar), scalars);
     const shown = scalars !== null && scalarStep !== null ? restore(scalars, scalarStep) : null;
-    frames.push({ time, numbers, step, scalar: shown });
+    frames.push({ time, numbers, step, scalar: shown, poses });
   }
   return frames;
 }

@@ -1,6 +1,8 @@
 // What a page draws: a scene, which never changes, and its frames. Neither says where they come from.
 
 export type Vector = readonly [number, number, number];
+/** A turn: x y z along its axis times the sine of half its angle, and the cosine of that. */
+export type Quaternion = readonly [number, number, number, number];
 
 /** What the colour of bare points shows. */
 export type ColorBy = 'plastic_ratio' | 'speed' | 'stress';
@@ -30,6 +32,8 @@ export interface MeshShape {
   /** The box around all triangles (m). */
   low: Vector;
   high: Vector;
+  /** The point that poses place (m). */
+  origin: Vector;
 }
 
 /** A collider's shape at time 0 (m). */
@@ -47,6 +51,16 @@ export interface Collider {
   /** m/s. */
   velocity: Vector;
   shape: ColliderShape;
+}
+
+/** Where a collider is that keys or calls move. */
+export interface Pose {
+  /** The collider's name. */
+  name: string;
+  /** Of its centre, of the middle of its segment, of its point, or of the origin of its mesh (m). */
+  position: Vector;
+  /** Since time 0. */
+  turn: Quaternion;
 }
 
 /** From the least to the largest. */
@@ -72,6 +86,8 @@ export interface Frame {
   step: number;
   /** What the scene's colour shows, of each particle. */
   scalar: Float32Array<ArrayBuffer> | null;
+  /** Any other collider is where its velocity has brought it, and is not turned. */
+  poses: readonly Pose[];
 }
 
 /** What plots show of a frame; null where it is not known. */

@@ -58,7 +58,7 @@ export class View {
     const all = sceneBounds(this.scene, bodies);
     this.stage.remove(this.colliders.objects);
     this.colliders = new Colliders(this.scene.colliders, all, this.origin);
-    this.colliders.update(this.shown.time);
+    this.colliders.update(this.shown);
     this.stage.add(this.colliders.objects);
     this.stage.look(this.home(all), 'eased');
   }
@@ -69,7 +69,7 @@ export class View {
     this.writePositions(frame);
     this.cloth.update();
     this.snow.update(frame.scalar);
-    this.colliders.update(frame.time);
+    this.colliders.update(frame);
     if (this.followed !== null) {
       const middle = this.middle(this.followed.body);
       this.stage.shift(minus(middle, this.followed.middle));

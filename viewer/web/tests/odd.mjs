@@ -1,5 +1,5 @@
-// Opens recordings that are cut off, empty, hostile, or of a run that failed, or whose colliders are meshes, and browsers
-// that lack something: node tests/odd.mjs FILE.html.
+// Opens recordings that are cut off, empty, hostile, or of a run that failed, or whose colliders are meshes or turn, and
+// browsers that lack something: node tests/odd.mjs FILE.html.
 // FILE is a recording of several blocks. CHROMIUM names the browser.
 
 import assert from 'node:assert/strict';
@@ -36,6 +36,7 @@ try {
   await ended();
   await scaled();
   await meshes();
+  await poses();
   await lacking();
   console.log(JSON.stringify({ cuts: CUTS, blocks: elements.filter(({ kind }) => kind === 'block').length }));
 } finally {
@@ -188,6 +189,40 @@ async function meshes() {
     const { frames, message } = await seen(shape);
     assert.ok(frames === 0 && message.includes(what), `${what}: ${message}`);
   }
+}
+
+/** A box that turns is seen, in frames 0, 10 and 20, as one that begins so and stands still; what is no pose is said. */
+async function poses() {
+  const recording = sample(text.slice(0, start), { frames: 21, side: 8 });
+  // Below the bodies, where it hides nothing: the light comes from the side from which most is seen.
+  const center = [-0.2, -0.8, 0.5];
+  const axes = (angle) => ({ axis_x: [Math.cos(angle), 0, -Math.sin(angle)], axis_y: [0, 1, 0] });
+  const solid = (at, angle) => ({ name: 'box', velocity: [0, 0, 0], shape: { kind: 'box', center: at, half_extent: [0.5, 0.2, 0.1], ...axes(angle) } });
+  const place = (frame) => ({ at: [center[0] + 0.02 * frame, center[1], center[2]], angle: (Math.PI / 2) * (frame / 20) });
+  const pose = ({ frame }) => {
+    const { at, angle } = place(frame);
+    return { name: 'box', position: at, turn: [0, Math.sin(angle / 2), 0, Math.cos(angle / 2)] };
+  };
+  const changed = (colliders, told) => recording.replace(ELEMENT, (line, kind, json) => {
+    const value = JSON.parse(json);
+    if (kind === 'head') return element(kind, { ...value, colliders });
+    return kind === 'block' ? element(kind, { ...value, frames: value.frames.map((frame) => ({ ...frame, ...told(frame) })) }) : line;
+  });
+  const moved = changed([solid(center, 0)], (frame) => ({ poses: [pose(frame)] }));
+  const shots = [];
+  for (const frame of [0, 10, 20]) {
+    const { at, angle } = place(frame);
+    // The time of a frame of the sample (s), a little later than it.
+    const view = VIEW.replace('t=0', `t=${(frame / 60 + 0.001).toFixed(4)}`);
+    const still = changed([solid(at, angle)], () => ({}));
+    const [seen, expected] = [await opened(moved, undefined, undefined, view), await opened(still, undefined, undefined, view)];
+    assert.ok(share(seen.picture, expected.picture) < 1e-3, `frame ${frame}: ${share(seen.picture, expected.picture)} of the pixels differ`);
+    shots.push(seen.picture);
+  }
+  assert.ok(share(shots[0], shots[1]) > 0.01 && share(shots[1], shots[2]) > 0.01, 'it turns');
+
+  const wrong = await opened(changed([solid(center, 0)], () => ({ poses: [{ name: 'box', position: center, turn: [0, 0, 0, 2] }] })));
+  assert.match(wrong.message, /turn of box is no quaternion of length 1/);
 }
 
 /** Share of the pixels whose colours differ. */

@@ -37,6 +37,7 @@ export async function picture({ browser, server, line, pictures }) {
   await shoot(light.page, 'session-light');
   await light.close();
   await mesh(browser, server, line);
+  await turning(browser, server, line);
   await narrow(browser, line, shoot);
   return { first_ms: Math.round(first), lit_share: Number(lit.toFixed(3)), pictures_per_second: perSecond, renderer };
 }
@@ -134,6 +135,55 @@ async function mesh(browser, server, line) {
     return { kinds: view.scene.colliders.map(({ shape }) => shape.kind), share: others.length / (shown.length / 4) };
   });
   assert.ok(kinds.includes('mesh') && share > 0.005, `${kinds}: ${share} of the pixels show it`);
+  await tab.close();
+}
+
+/** A box that keys turn, below a sheet that hangs by two corners. */
+const TURNING = `
+version = 1
+dt = 0.01
+
+[[body]]
+name = "sheet"
+mesh = { grid = [6, 6], spacing = 0.1 }
+mass = { density = 0.2 }
+pins = ["top_left", "top_right"]
+springs = { stretch = { stiffness = 50, damping = 0.02 }, shear = { stiffness = 20, damping = 0.01 } }
+
+[[collider]]
+name = "box"
+box = { center = [0.25, -0.8, 0.3], size = [0.3, 0.1, 0.2] }
+
+[[collider.key]]
+time = 0
+position = [0.25, -0.8, 0.3]
+
+[[collider.key]]
+time = 0.2
+position = [0.25, -0.6, 0.3]
+turn = [0, 1, 0, 1]
+`;
+
+/** A box that turns is drawn in frames 0, 10 and 20 where they say that it is. */
+async function turning(browser, server, line) {
+  await server.client.create({ sceneText: TURNING, sessionId: 'turning', stepLimit: 0n, frameIntervalSteps: 1 });
+  const tab = await open(browser, `${line.address}?session=turning`, { viewport: { width: 800, height: 600 }, colorScheme: 'dark' });
+  await tab.ready();
+  for (const frame of [0, 10, 20]) {
+    if (frame > 0) await server.client.step('turning', 10, { wait: true });
+    await eventually(() => tab.page.evaluate((frame) => Number(window.nappe.session.newest?.frame ?? -1) === frame, frame), `frame ${frame} is shown`);
+    const { poses, turn, at } = await tab.page.evaluate(() => {
+      const { picture: { view }, newest } = window.nappe.session;
+      const [{ quaternion, position }] = view.colliders.objects;
+      return { poses: newest.poses, turn: quaternion.toArray(), at: position.toArray().map((part, axis) => part + view.origin[axis]) };
+    });
+    const [half, share] = [(Math.PI / 4) * (frame / 20), frame / 20];
+    const expected = { name: 'box', position: [0.25, -0.8 + 0.2 * share, 0.3], turn: [0, Math.sin(half), 0, Math.cos(half)] };
+    assert.deepEqual(poses.map(({ name }) => name), ['box']);
+    for (const [found, numbers] of [[poses[0].position, expected.position], [poses[0].turn, expected.turn], [at, expected.position], [turn, expected.turn]]) {
+      assert.ok(found.every((part, axis) => Math.abs(part - numbers[axis]) < 1e-9), `frame ${frame}: ${found}, not ${numbers}`);
+    }
+  }
   await tab.close();
 }
 
