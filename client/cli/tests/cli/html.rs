@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use nappe_client::packed::{Step, unpack};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::{
     run::DIVERGING_SCENE,
@@ -157,7 +157,7 @@ velocity = [0, 0.5, 0]
     let collider = &page.head["colliders"][0];
     assert_eq!((&collider["name"], &collider["velocity"][1]), (&"pyramid".into(), &0.5.into()));
     let shape = &collider["shape"];
-    assert_eq!(shape["kind"], "mesh");
+    assert_eq!((&shape["kind"], &shape["origin"]), (&"mesh".into(), &json!([2.0, -1.0, 0.0])));
 
     let bytes = |value: &Value| STANDARD.decode(value.as_str().expect("a text")).expect("base64");
     let packed = bytes(&shape["points"]);
@@ -175,6 +175,55 @@ velocity = [0, 0.5, 0]
     let volume: f32 =
         triangles.iter().map(|triangle| six_volumes(triangle.map(|i| points[i as usize]))).sum();
     assert!((volume - 1e-3).abs() < 1e-6, "{volume}");
+}
+
+/// A box that turns by 90 degrees about y and rises by 0.1 m in the 40 steps of the small scene, and a ball that only moves.
+const TURNING: &str = r#"
+[[collider]]
+name = "box"
+box = { center = [0, -2, 0], size = [0.4, 0.2, 0.1] }
+
+[[collider.key]]
+time = 0
+position = [0, -2, 0]
+
+[[collider.key]]
+time = 0.2
+position = [0, -1.9, 0]
+turn = [0, 1, 0, 1]
+
+[[collider]]
+name = "ball"
+sphere = { center = [0, -3, 0], radius = 0.2 }
+velocity = [0, 0, 0.5]
+"#;
+
+#[test]
+fn each_frame_says_where_a_turning_box_is() {
+    let here = folder();
+    let scene = write_scene(here.path(), &format!("{SMALL_SCENE}{TURNING}"));
+    nappe_in(here.path(), &["run", &scene, "--save", "page.html"]).ok();
+    let page = Page::read(&here.path().join("page.html"));
+    let frames: Vec<&Value> = page.blocks.iter().flat_map(|block| list(&block["frames"])).collect();
+    assert_eq!(frames.len(), 21);
+    for at in [0, 10, 20] {
+        let [pose] = list(&frames[at]["poses"]) else { panic!("the ball has a velocity: {}", frames[at]) };
+        assert_eq!(pose["name"], "box");
+        let share = at as f64 / 20.0;
+        let (sin, cos) = (share * std::f64::consts::FRAC_PI_4).sin_cos();
+        for (told, expected) in
+            [("position", &[0.0, -2.0 + 0.1 * share, 0.0][..]), ("turn", &[0.0, sin, 0.0, cos])]
+        {
+            let numbers = list(&pose[told]).iter().map(|number| number.as_f64().expect("a number"));
+            let far = numbers.zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(far < 1e-12 && list(&pose[told]).len() == expected.len(), "frame {at}: {pose}");
+        }
+    }
+
+    let plain = write_scene(here.path(), SMALL_SCENE);
+    nappe_in(here.path(), &["run", &plain, "--save", "plain.html"]).ok();
+    let plain = Page::read(&here.path().join("plain.html"));
+    assert_eq!(plain.blocks[0]["frames"][0]["poses"], Value::Null);
 }
 
 /// Six times the volume between a triangle and the origin.

@@ -4,7 +4,7 @@
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use nappe_client::{
-    Frame, Scalars, Vectors,
+    ColliderPose, Frame, Scalars, Vectors,
     packed::{Effort, OutOfRange, Step, pack},
     v1,
 };
@@ -73,6 +73,7 @@ impl Block {
             "time": frame.time,
             "positions": text(&positions, 3, base),
             "scalar": scalars.as_deref().map(|numbers| text(numbers, 1, scalar_base)),
+            "poses": poses(frame),
         });
         if let Some(members) = value.as_object_mut() {
             members.extend(plotted(frame.diagnostics.as_ref()));
@@ -91,6 +92,13 @@ impl Block {
             "frames": self.frames,
         })
     }
+}
+
+/// Where colliders are that keys or calls move; nothing where there are none.
+fn poses(frame: &Frame) -> Option<Vec<Value>> {
+    let pose =
+        |pose: &ColliderPose| json!({ "name": pose.name, "position": pose.position, "turn": pose.turn });
+    (!frame.poses.is_empty()).then(|| frame.poses.iter().map(pose).collect())
 }
 
 /// What the page plots; `null` for what there is not.

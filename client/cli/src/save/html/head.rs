@@ -96,6 +96,7 @@ fn collider(collider: &Collider) -> Option<Value> {
         }
         Shape::Mesh(s) => json!({
             "kind": "mesh", "points": STANDARD.encode(&s.points_f32), "triangles": indices(&mesh_triangles(s)),
+            "origin": at(s.origin),
         }),
         Shape::HalfPipe(s) => json!({
             "kind": "half_pipe", "point": at(s.point), "axis": at(s.axis), "up": at(s.up), "radius": s.radius,
