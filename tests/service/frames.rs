@@ -125,6 +125,7 @@ impl Watch {
                     });
                     assert_eq!((piece.frame, chunk.index), (whole.head.frame, whole.piece_count));
                     assert_eq!(piece.diagnostics.is_some(), chunk.index == 0);
+                    assert!(piece.poses.is_empty() || chunk.index == 0);
                     whole.piece_count += 1;
                     if let Some(grid) = &piece.grid {
                         whole.grid.get_or_insert_default().append(grid);

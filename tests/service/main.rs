@@ -27,6 +27,7 @@ mod limits;
 mod update_parameters;
 mod controllers;
 mod moved_colliders;
+mod frame_poses;
 mod acting;
 mod forks;
 mod abandoned_creates;

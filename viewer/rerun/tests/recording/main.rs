@@ -4,3 +4,4 @@
 mod recorded;
 mod cloth;
 mod snow;
+mod poses;

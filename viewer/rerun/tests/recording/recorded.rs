@@ -20,6 +20,9 @@ pub(crate) struct Recorded {
     pub(crate) rows: BTreeMap<(String, String), usize>,
     /// Entity, component, and whether the row is static.
     pub(crate) components: BTreeSet<(String, String, bool)>,
+    /// Where entities are, row by row (m), and where their own axes point, one after the other.
+    pub(crate) translations: BTreeMap<String, Vec<[f32; 3]>>,
+    pub(crate) axes: BTreeMap<String, Vec<[f32; 9]>>,
     pub(crate) blueprint_entities: Vec<String>,
     pub(crate) has_active_blueprint: bool,
 }
@@ -48,7 +51,19 @@ impl Recorded {
     fn add(&mut self, chunk: &Chunk) {
         let entity = chunk.entity_path().to_string();
         for component in chunk.components_identifiers() {
-            self.components.insert((entity.clone(), component.to_string(), chunk.is_static()));
+            let name = component.to_string();
+            match name.as_str() {
+                "Transform3D:translation" => {
+                    let rows = chunk.iter_slices::<[f32; 3]>(component).flatten().copied();
+                    self.translations.entry(entity.clone()).or_default().extend(rows);
+                }
+                "Transform3D:mat3x3" => {
+                    let rows = chunk.iter_slices::<[f32; 9]>(component).flatten().copied();
+                    self.axes.entry(entity.clone()).or_default().extend(rows);
+                }
+                _ => {}
+            }
+            self.components.insert((entity.clone(), name, chunk.is_static()));
         }
         if chunk.is_static() {
             *self.rows.entry((entity, String::new())).or_default() += chunk.num_rows();
