@@ -2095,8 +2095,7 @@ export type ColliderUpdate = Message<"nappe.v1.ColliderUpdate"> & {
   turn?: Quaternion | undefined;
 
   /**
-   * Simulated time that the move takes (s), at least one step. No point of the surface may be faster than 1e4 m/s where
-   * a particle is.
+   * Simulated time that the move takes (s), at least one step.
    *
    * @generated from field: double duration_seconds = 4;
    */
