@@ -120,8 +120,8 @@ mod tests {
 
     use super::*;
 
-    fn vector([x, y, z]: [f64; 3]) -> Option<Vector3> {
-        Some(Vector3 { x, y, z })
+    fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+        Vector3 { x, y, z }
     }
 
     fn view(shape: Shape) -> ColliderView {
@@ -146,8 +146,8 @@ mod tests {
 
     #[test]
     fn a_box_is_at_its_pose_and_its_own_axes_turn_with_it() {
-        let (axis_x, axis_y) = (vector([0.0, 1.0, 0.0]), vector([-1.0, 0.0, 0.0]));
-        let (center, half_extent) = (vector([1.0, 2.0, 3.0]), vector([1.0; 3]));
+        let (axis_x, axis_y) = (Some(vector([0.0, 1.0, 0.0])), Some(vector([-1.0, 0.0, 0.0])));
+        let (center, half_extent) = (Some(vector([1.0, 2.0, 3.0])), Some(vector([1.0; 3])));
         let view = view(Shape::Box(BoxShape { center, half_extent, axis_x, axis_y }));
         let turned = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
         assert_near(view.place(Some(&quarter()), 2.0), [5.0, 6.0, 7.0], turned);
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_capsule_which_is_drawn_from_its_start_turns_about_its_middle() {
-        let (start, end) = (vector([0.0, 0.0, 0.0]), vector([2.0, 0.0, 0.0]));
+        let (start, end) = (Some(vector([0.0, 0.0, 0.0])), Some(vector([2.0, 0.0, 0.0])));
         let view = view(Shape::Capsule(CapsuleShape { start, end, radius: 0.5 }));
         let axes = view.outline.axes.expect("it has a direction");
         let turned = axes.map(|[x, y, z]| [z, y, -x]);

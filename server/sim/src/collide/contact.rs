@@ -173,7 +173,9 @@ pub(crate) fn resolve<R: Real>(
     let (count, size) = (contacts.user.len(), contacts.share.block_size());
     let (blocks, colliders) = (block_count(count, size), contacts.colliders.len());
     met.resize(blocks, Met::default());
-    [&mut *tried, given].into_iter().for_each(|given| given.size_for(blocks, colliders));
+    for sums in [&mut *tried, given] {
+        sums.size_for(blocks, colliders);
+    }
     let holds = can_hold(contacts.colliders);
     let meshes = contacts.colliders.iter().filter(|collider| mesh(collider).is_some()).count();
     near.resize(count * meshes, Near::default());
@@ -315,7 +317,9 @@ impl<R: Real> Moved<'_, R> {
         let answer = match held {
             Some((answer, fingers)) => {
                 let half = (answer.v - v[1]) * 0.5;
-                fingers.iter().for_each(|finger| giving.touched(finger, &half, &answer.x));
+                for finger in &fingers {
+                    giving.touched(finger, &half, &answer.x);
+                }
                 answer
             }
             None => substep.answer(giving),

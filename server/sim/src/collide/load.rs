@@ -226,7 +226,9 @@ mod tests {
 
     fn load(collider: &Collider, given: &[([f64; 3], [f64; 3])], dt_and_end: [f64; 2]) -> Load {
         let (mut felt, mut load) = (Felt::default(), Load::default());
-        given.iter().for_each(|(given, at)| felt.take(collider, *given, *at));
+        for (given, at) in given {
+            felt.take(collider, *given, *at);
+        }
         felt.add_to(&mut load, collider, dt_and_end);
         load
     }
