@@ -162,8 +162,8 @@ fn colours_come_with_each_frame_or_once() {
 fn snow_has_its_own_plots_in_the_layout() {
     let recorded = record("layout_snow", ColorBy::default(), [frame(0)]).expect("records");
     let legends = recorded.blueprint_entities.iter().filter(|entity| entity.ends_with("/PlotLegend")).count();
-    // Four of any scene, eight of snow; a camera is there once, so the layout was sent once.
-    assert_eq!(legends, 12, "{:?}", recorded.blueprint_entities);
+    // Five of any scene, the forces on colliders among them, eight of snow; a camera is there once, so the layout was sent once.
+    assert_eq!(legends, 13, "{:?}", recorded.blueprint_entities);
     let cameras = recorded.blueprint_entities.iter().filter(|entity| entity.ends_with("/EyeControls3D"));
     assert_eq!(cameras.count(), 1);
 }
