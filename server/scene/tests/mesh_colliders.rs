@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nappe_scene::{Built, ErrorKind, MeshSource, NoMeshes, Scene, SceneError, SceneErrors, SceneLimits};
 use nappe_sim::{
     collide::{
-        Shape,
+        LOAD_BYTES, Shape,
         shape::{MeshSolid, NEAR_BYTES},
     },
     mesh::TriangleMesh,
@@ -305,9 +305,17 @@ fn the_size_of_a_scene_has_its_colliders_before_they_are_made() {
     let size = |mesh: TriangleMesh| parse(&with("upload = \"m\"")).size(&One(Arc::new(mesh)));
     let found = size(tetrahedron());
     assert_eq!((found.collider_points, found.collider_triangles), (4, 4));
-    assert_eq!(found.collider_bytes, MeshSolid::bytes(4, 4) + NEAR_BYTES * found.cloth_particles);
+    let kept = NEAR_BYTES * found.cloth_particles + LOAD_BYTES;
+    assert_eq!(found.collider_bytes, MeshSolid::bytes(4, 4) + kept);
     assert!(found.collider_bytes > 4 * 24 + 4 * 12);
     // What is refused takes nothing.
     let refused = TriangleMesh { triangles: vec![[0, 2, 1]; 200_001], ..tetrahedron() };
-    assert_eq!(size(refused).collider_bytes, 0);
+    assert_eq!(size(refused).collider_bytes, LOAD_BYTES);
+    // Each block of particles has a load for each collider.
+    let ball = |i: u32| {
+        format!("[[collider]]\nname = \"ball {i}\"\nsphere = {{ center = [0, -9, 0], radius = 1 }}\n")
+    };
+    let many = with("upload = \"m\"") + "\n" + &(0..999).map(ball).collect::<String>();
+    let with_balls = parse(&many).size(&One(Arc::new(tetrahedron())));
+    assert_eq!(with_balls.collider_bytes, found.collider_bytes + 999 * LOAD_BYTES);
 }

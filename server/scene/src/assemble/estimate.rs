@@ -4,7 +4,10 @@
 
 use nappe_sim::{
     cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind},
-    collide::shape::{MeshSolid, NEAR_BYTES},
+    collide::{
+        LOAD_BYTES,
+        shape::{MeshSolid, NEAR_BYTES},
+    },
     linalg::{PreconditionerKind, Stop},
     math::{
         Precision,
@@ -59,7 +62,7 @@ pub struct SceneSize {
     pub collider_points: u64,
     /// Triangles of meshes that are colliders.
     pub collider_triangles: u64,
-    /// Bytes of the solids that are made of them, of what each particle of cloth keeps of each, and of keys of colliders.
+    /// Bytes of the solids that are made of them, of what each particle of cloth keeps of each, and of keys and loads of colliders.
     pub collider_bytes: u64,
     /// Bytes of the snow's grid, in binary32 and in binary64.
     pub snow_grid_bytes: [u64; 2],
@@ -69,9 +72,12 @@ impl Scene {
     /// What the scene asks for. Numbers are exact for formulas; for springs of a mesh whose kinds need its edges, and
     /// for particles at curved surfaces, they are near.
     pub fn size(&self, meshes: &dyn MeshSource) -> SceneSize {
-        let mut size = SceneSize::default();
+        let (mut size, mut load_blocks) = (SceneSize::default(), 0_u64);
         for body in &self.bodies {
+            let before = size.cloth_particles;
             size.add_body(body, self.dt, meshes);
+            let particles = size.cloth_particles - before;
+            load_blocks = load_blocks.saturating_add(particles.div_ceil(body.block_size.max(1) as u64));
         }
         for mesh in self.colliders.iter().filter_map(ColliderText::mesh) {
             size.add_collider(mesh, meshes);
@@ -87,11 +93,14 @@ impl Scene {
                 let own = size.add_snow(object, snow.cell, &list.index(i), meshes, side);
                 blocks = [blocks[0] + own[0], blocks[1] + own[1]];
             }
+            load_blocks = load_blocks.saturating_add(blocks.into_iter().sum::<f64>() as u64);
             if let Ok(settings) = settings(snow, &at) {
                 size.snow_grid_bytes = Precision::ALL
                     .map(|precision| grid_bytes(&settings, precision, blocks.map(|n| n as usize)));
             }
         }
+        let loads = LOAD_BYTES.saturating_mul(load_blocks).saturating_mul(self.colliders.len() as u64);
+        size.collider_bytes = size.collider_bytes.saturating_add(loads);
         size
     }
 }

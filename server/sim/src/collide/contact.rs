@@ -211,10 +211,8 @@ fn of_one<R: Real>(
     near: &mut [Near],
     (holds, giving): (bool, &mut Giving<'_>),
 ) -> Option<Met> {
-    let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
-    let way = (wide(moved.x) - wide(moved.from[0])).norm();
     let is_free = inv_m > R::zero();
-    let reach = if is_free { reach(contacts, &moved, way, near) } else { Reach::Untold };
+    let reach = if is_free { reach(contacts, &moved, near) } else { Reach::Untold };
     let held = if holds && is_free { moved.substep(contacts, near).held() } else { None };
     if reach == Reach::Far && held.is_none() {
         return None;
@@ -242,18 +240,18 @@ enum Reach {
     Untold,
 }
 
-/// Whether a particle whose way is so long (m) touches a collider.
+/// Whether a particle touches a collider.
 #[inline]
-fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, way: f64, near: &mut [Near]) -> Reach {
-    let x = array3(&moved.x.vector());
+fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, near: &mut [Near]) -> Reach {
+    let ends = [moved.from[0], &*moved.x].map(|x| array3(&x.vector()));
     let mut is_far = true;
     let mut near = near.iter_mut();
     for collider in contacts.colliders {
         let known = mesh(collider).and_then(|mesh| Some((mesh, near.next()?)));
-        let way = way + length(collider.velocity_at(x, contacts.time)) * contacts.dt;
+        let way = length(collider.way_of(ends, contacts.dt, contacts.time));
         let (distance, is_met) = match known {
-            Some((mesh, near)) => reach_of_mesh(contacts, (collider, mesh), moved, way, near),
-            None => (collider.distance(x, contacts.time).0, false),
+            Some((mesh, near)) => reach_of_mesh::<R>(contacts, (collider, mesh), (ends, way), near),
+            None => (collider.distance(ends[1], contacts.time).0, false),
         };
         if is_met || distance < collider.margin {
             return Reach::Touched;
@@ -265,16 +263,14 @@ fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, way: f64, near: 
 }
 
 /// The distance (m) of a particle from a mesh at the end of a step, or one that it certainly has and that is all there is to
-/// know; and whether its way, so long (m) as the mesh sees it at most, led through the mesh. Looks around where not enough is known.
+/// know; and whether its way, of which the mesh sees ends and length (m), led through the mesh. Looks around where not enough is known.
 fn reach_of_mesh<R: Real>(
     contacts: Contacts<'_>,
     (collider, mesh): (&Collider, &MeshSolid),
-    moved: &Moved<'_, R>,
-    way: f64,
+    (ends, way): ([[f64; 3]; 2], f64),
     near: &mut Near,
 ) -> (f64, bool) {
     let Contacts { time, dt, .. } = contacts;
-    let ends = [moved.from[0], &*moved.x].map(|x| array3(&x.vector()));
     let place = collider.place(ends[1], time);
     let needed = way.max(collider.margin);
     let least = near.at_least(place);

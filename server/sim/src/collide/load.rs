@@ -16,6 +16,9 @@ use crate::{
     report::Load,
 };
 
+/// Bytes that a block of particles takes for each collider: what it gives in a sub-step, and in a step.
+pub const LOAD_BYTES: u64 = 2 * size_of::<Felt>() as u64;
+
 /// As many loads of 0 as there are colliders, in memory that nobody else holds: that which is given, if it is such.
 pub(crate) fn cleared(mut loads: Arc<[Load]>, count: usize) -> Arc<[Load]> {
     if count == 0 {

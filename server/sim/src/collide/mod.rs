@@ -19,6 +19,7 @@ mod velocity;
 mod corner;
 
 pub use collider::{Collider, Contact, StartInside};
+pub use load::LOAD_BYTES;
 pub use motion::{PoseKey, Way};
 pub use pose::Pose;
 pub use shape::Shape;
