@@ -171,11 +171,11 @@ async function turning(browser, server, line) {
   await tab.ready();
   for (const frame of [0, 10, 20]) {
     if (frame > 0) await server.client.step('turning', 10, { wait: true });
-    await eventually(() => tab.page.evaluate((frame) => Number(window.nappe.session.newest?.frame ?? -1) === frame, frame), `frame ${frame} is shown`);
+    await eventually(() => tab.page.evaluate((frame) => Number(window.nappe.session.live.shown?.frame ?? -1) === frame, frame), `frame ${frame} is drawn`);
     const { poses, turn, at } = await tab.page.evaluate(() => {
-      const { picture: { view }, newest } = window.nappe.session;
+      const { picture: { view }, live: { shown } } = window.nappe.session;
       const [{ quaternion, position }] = view.colliders.objects;
-      return { poses: newest.poses, turn: quaternion.toArray(), at: position.toArray().map((part, axis) => part + view.origin[axis]) };
+      return { poses: shown.poses, turn: quaternion.toArray(), at: position.toArray().map((part, axis) => part + view.origin[axis]) };
     });
     const [half, share] = [(Math.PI / 4) * (frame / 20), frame / 20];
     const expected = { name: 'box', position: [0.25, -0.8 + 0.2 * share, 0.3], turn: [0, Math.sin(half), 0, Math.cos(half)] };
