@@ -10,8 +10,9 @@ use std::{
 
 use nappe_proto::v1;
 use nappe_sim::{
+    collide::Pose,
     interrupt::Interrupt,
-    world::{Change, ChangeRules},
+    world::{Change, ChangeRules, Departure},
 };
 use tokio::sync::oneshot;
 
@@ -115,6 +116,7 @@ impl Control {
             self.check_change(&desk, Event::Step(count))?;
             if !changes.is_empty() {
                 let next = desk.next_step;
+                self.check_speeds(&desk, next, &changes)?;
                 desk.pending.push(next, changes)?;
             }
             self.change(&mut desk, Event::Step(count))?;
@@ -187,11 +189,29 @@ impl Control {
         }
 
         let step = at_step.max(desk.next_step);
+        self.check_speeds(&desk, step, &changes)?;
         let accepted = desk.pending.push(step, changes)?;
         if let Some(answer) = answer {
             desk.waiting.push(For::Begin(step), answer);
         }
         Ok(accepted)
+    }
+
+    /// Refuses moves of colliders, for step `step`, whose surfaces would be too fast where particles are in the newest frame.
+    fn check_speeds(&self, desk: &Desk, step: u64, changes: &[Change]) -> Result<(), ServiceError> {
+        if !changes.iter().any(|change| matches!(change, Change::Collider(_))) {
+            return Ok(());
+        }
+        let (told, newest) = (self.status.progress().parameters.collider_poses, self.status.feed.newest());
+        let waiting = desk.pending.moved();
+        let departure = |name: &str| {
+            let pose = told.iter().find(|pose| pose.name == name)?;
+            let pose = Pose { position: pose.position?.into(), turn: pose.turn?.into() };
+            let is_here = step == desk.next_step && !waiting.contains(name);
+            Some(if is_here { Departure::Now(pose) } else { Departure::Later(pose) })
+        };
+        let refused = self.rules.check_speeds(changes, departure, || newest.frame.bounds());
+        refused.map_err(|error| ServiceError::from(&error))
     }
 
     /// Up to `count` of the changes that wait, after the one given, in the order in which they take effect; and the

@@ -1,7 +1,7 @@
 //! Changes of parameters that wait for their step.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     ops::Bound::{Excluded, Unbounded},
 };
 
@@ -62,6 +62,15 @@ impl PendingChanges {
     /// How many changes wait.
     pub(super) fn count(&self) -> usize {
         self.count
+    }
+
+    /// Names of the colliders that they move.
+    pub(super) fn moved(&self) -> BTreeSet<&str> {
+        let moves = self.groups.values().flatten().filter_map(|change| match change {
+            Change::Collider(asked) => Some(asked.collider.as_str()),
+            _ => None,
+        });
+        moves.collect()
     }
 
     /// Counts a call that changes the session without waiting, before step `step`.

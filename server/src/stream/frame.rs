@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use nappe_proto::v1;
-use nappe_sim::world::Simulation;
+use nappe_sim::{collide::Bounds, world::Simulation};
 use prost::Message as _;
 
 use super::{
@@ -117,6 +117,20 @@ impl EncodedFrame {
     pub(crate) fn fields(&self) -> FieldSet {
         let grid = if self.grid.is_some() { FieldSet::GRID } else { FieldSet::NONE };
         EncodedField::all().filter(|field| self.fields[field.index()].is_some()).fold(grid, FieldSet::with)
+    }
+
+    /// The least and the greatest coordinates (m) of all particles, in binary32.
+    pub(crate) fn bounds(&self) -> Bounds {
+        let segments = self.fields[EncodedField::POSITIONS_F32.index()].as_deref().unwrap_or_default();
+        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        let [low, high] = &mut bounds;
+        for place in segments.iter().flat_map(|segment| segment.as_chunks::<12>().0) {
+            for (c, number) in place.as_chunks::<4>().0.iter().enumerate() {
+                let number = f64::from(f32::from_le_bytes(*number));
+                (low[c], high[c]) = (low[c].min(number), high[c].max(number));
+            }
+        }
+        bounds
     }
 
     fn segments(&self) -> impl Iterator<Item = &Bytes> {

@@ -1,6 +1,10 @@
 //! The world of a scene: its bodies, its snow and its colliders, with every error that they have.
 
-use nappe_sim::world::{Change, WorldSetup};
+use nappe_sim::{
+    collide::{Bounds, Collider},
+    math::{four_digits, number},
+    world::{Change, WorldSetup},
+};
 
 use super::{
     body::{self, BodyText},
@@ -15,6 +19,7 @@ use crate::{
     error::{Found, SceneError, SceneErrors},
     location::Location,
     scene::Scene,
+    schema::SPEED,
 };
 
 /// A scene ready to be simulated.
@@ -74,12 +79,29 @@ impl Scene {
             warnings.push("cloth and snow pass through each other: they are not coupled yet".to_owned());
         }
 
-        let colliders = solids.into_iter().map(|solid| solid.collider).collect();
+        let (colliders, places): (Vec<_>, Vec<_>) =
+            solids.into_iter().map(|solid| (solid.collider, solid.at)).unzip();
         let Self { dt, gravity, wind, .. } = *self;
         let wind_at = self.wind_at.iter().map(|key| (key.time, key.velocity)).collect();
         let setup = WorldSetup { dt, gravity, wind, wind_at, colliders, bodies, snow };
+        if let Some(particles) = setup.bounds() {
+            for (collider, at) in setup.colliders.iter().zip(&places) {
+                found.take(check_surface(collider, at, particles));
+            }
+        }
         found.or(Built { setup, initial_changes, collider_solids, warnings })
     }
+}
+
+/// No part of a surface that particles can meet is too fast on its way from key to key.
+fn check_surface(collider: &Collider, at: &Location<'_>, particles: Bounds) -> Result<(), SceneError> {
+    let Some((key, speed)) = collider.too_fast(particles) else { return Ok(()) };
+    let (name, before, speed, most) = (&collider.name, key - 1, four_digits(speed), number(SPEED.1));
+    let message = format!(
+        "from key {before} to key {key} the surface of collider '{name}' has up to {speed} m/s where particles can meet it; \
+         allowed: at most {most} m/s"
+    );
+    at.key("key").index(key).key("turn").inconsistent(message)
 }
 
 /// Keys of the wind grow in time, and stand alone.

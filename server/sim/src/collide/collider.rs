@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Shape, motion::Way};
+use super::{
+    Shape,
+    motion::{Bounds, Way},
+};
 
 /// What happens to the velocity of snow at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -93,6 +96,13 @@ impl Collider {
     pub fn clears(&self, center: [f64; 3], radius: f64, time: f64) -> bool {
         // Distances are exact, so over the ball they change by its radius at most.
         self.distance(center, time).0 > radius * (1.0 + CLEARANCE_ROUNDING) + self.margin
+    }
+
+    /// The first key of its way that its surface reaches faster than 1e4 m/s where particles within bounds (m) can meet it,
+    /// and that speed (m/s): the speed of the reference point, and that of the turn as far from it as the shape reaches, but no
+    /// farther than the corners of those bounds.
+    pub fn too_fast(&self, particles: Bounds) -> Option<(usize, f64)> {
+        self.way.as_ref()?.too_fast(self.shape.reach(), particles)
     }
 
     /// Says what is wrong with the collider's numbers, if anything.

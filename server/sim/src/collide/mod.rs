@@ -20,14 +20,14 @@ mod corner;
 
 pub use collider::{Collider, Contact, StartInside};
 pub use load::LOAD_BYTES;
-pub use motion::{PoseKey, Way};
+pub use motion::{Bounds, PoseKey, Way};
 pub use pose::Pose;
 pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Kept, Met, Passed, resolve};
 pub(crate) use corner::{Corner, SAME_NORMAL};
 pub(crate) use load::{BlockLoads, ChunkLoads, Felt, cleared};
-pub(crate) use motion::{FASTEST, Motion};
+pub(crate) use motion::{FASTEST, Motion, surface_speed};
 pub(crate) use moving::Moved;
 pub(crate) use passed::has_passed;
 pub(crate) use pose::{turn_length, unit};

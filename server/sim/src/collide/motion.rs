@@ -7,11 +7,14 @@ use serde::{Deserialize, Serialize};
 use super::pose::{Pose, turn_length};
 use crate::math::array::{cross, length, minus};
 
+/// The least and the greatest coordinates (m) of places.
+pub type Bounds = [[f64; 3]; 2];
+
 /// A time so near to that of a key, over its own size, is the time of the key: whole numbers of steps are rounded.
 const SAME_TIME: f64 = 8.0 * f64::EPSILON;
 /// How far from 1 the length of a turn may be.
 const UNIT: f64 = 1e-9;
-/// The fastest that a way may be between two keys (m/s).
+/// The fastest that a surface may be between two keys of a way (m/s).
 pub(crate) const FASTEST: f64 = 1e4;
 
 /// A pose at a time: a key of a way.
@@ -81,9 +84,18 @@ impl Way {
         }
     }
 
-    /// The greatest speed (m/s) between two times (s) of what goes along in a box, which is given by its least and its greatest
-    /// coordinates (m).
-    pub(crate) fn fastest(&self, [from, until]: [f64; 2], [low, high]: [[f64; 3]; 2]) -> f64 {
+    /// The first key that is reached faster than a surface may be where particles can meet it, and that speed (m/s). The
+    /// surface is at most `reach` (m) from its reference point, and the particles are within bounds (m).
+    pub(super) fn too_fast(&self, reach: f64, particles: Bounds) -> Option<(usize, f64)> {
+        let pairs = self.keys.iter().zip(self.keys.iter().skip(1));
+        (1..).zip(pairs).find_map(|(number, (a, b))| {
+            let speed = surface_speed([&a.pose, &b.pose], b.time - a.time, reach, particles);
+            (speed > FASTEST).then_some((number, speed))
+        })
+    }
+
+    /// The greatest speed (m/s) between two times (s) of what goes along within bounds (m).
+    pub(crate) fn fastest(&self, [from, until]: [f64; 2], [low, high]: Bounds) -> f64 {
         let mut most = 0.0;
         for (a, b) in self.keys.iter().zip(self.keys.iter().skip(1)) {
             if b.time <= from || a.time >= until {
@@ -144,6 +156,25 @@ impl Way {
     }
 }
 
+/// The greatest speed (m/s) that a surface may have where a particle meets it, from one pose to another in `duration` (s): that
+/// of the reference point, and that of the turn as far from it as the surface reaches (m), but no farther than the corners of
+/// the box of all particles.
+pub(crate) fn surface_speed([from, to]: [&Pose; 2], duration: f64, reach: f64, particles: Bounds) -> f64 {
+    let along = length(minus(to.position, from.position)) / duration;
+    let turning = length(from.angle_to(to)) / duration;
+    if turning == 0.0 {
+        return along;
+    }
+    // The farthest corner is a convex function of the place from which it is seen: farthest at an end.
+    let away = f64::max(farthest(from.position, particles), farthest(to.position, particles));
+    along + turning * away.min(reach)
+}
+
+/// How far (m) the farthest corner of bounds (m) is from a place (m).
+fn farthest(place: [f64; 3], [low, high]: Bounds) -> f64 {
+    length([0, 1, 2].map(|c| f64::max((place[c] - low[c]).abs(), (high[c] - place[c]).abs())))
+}
+
 #[cfg(test)]
 #[allow(clippy::disallowed_methods, reason = "angles of the tests, not of a step")]
 mod tests {
@@ -194,6 +225,30 @@ mod tests {
         assert!((found - 8.0).abs() < 1e-6, "{found}");
         assert!((way.fastest([0.0, 1e-9], around(1.0, 1.0)) - 2.0).abs() < 1e-6);
         assert_eq!(way.fastest([0.5, 1.0], around(0.0, 3.0)), 0.0, "it has come");
+    }
+
+    #[test]
+    fn a_surface_is_as_fast_as_its_farthest_point_that_a_particle_can_meet() {
+        // 2 m/s along x, and 3 rad/s about y.
+        let [from, to] = [key(0.0, 0.0, 0.0).pose, key(0.5, 1.0, 1.5).pose];
+        let still = Pose { turn: from.turn, ..to };
+        let around = |half: f64| [[0.5 - half, 0.0, 1.0], [0.5 + half, 0.0, 1.0]];
+        for (to, reach, particles, expected) in [
+            (to, 4.0, around(1e3), 2.0 + 3.0 * 4.0),
+            (to, f64::INFINITY, around(3.0), 2.0 + 3.0 * 3.5),
+            (to, 4.0, around(3.0), 2.0 + 3.0 * 3.5),
+            (still, f64::INFINITY, around(1e9), 2.0),
+        ] {
+            let found = surface_speed([&from, &to], 0.5, reach, particles);
+            assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+        }
+
+        // It rests, and then turns by 3 rad/s.
+        let way = Way { keys: vec![key(0.0, 0.5, 0.0), key(1.0, 0.5, 0.0), key(1.5, 0.5, 1.5)] };
+        assert_eq!(way.too_fast(f64::INFINITY, around(3333.0)), None);
+        assert_eq!(way.too_fast(3333.0, around(3334.0)), None);
+        let (number, speed) = way.too_fast(f64::INFINITY, around(3334.0)).expect("it is too fast");
+        assert!(number == 2 && (speed - 10_002.0).abs() < 1e-8, "{number}, {speed}");
     }
 
     #[test]

@@ -80,7 +80,7 @@ impl<R: Real> World<R> {
         let (gravity, wind, colliders) = (*gravity, Wind::new(*wind, wind_at), colliders.clone());
         let motions = colliders.iter().map(Collider::motion).collect();
         let start = (gravity, wind.clone(), motions);
-        let rules = Arc::new(ChangeRules::of(&bodies, &colliders, ranks.as_ref()));
+        let rules = Arc::new(ChangeRules::of(&bodies, &colliders, *dt, ranks.as_ref()));
         let interrupt = ranks.as_ref().map_or_else(Interrupt::default, |ranks| ranks.agreed.clone());
         let (dt, pace) = (*dt, Pace::default());
         let mut world = Self {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    collide::{FASTEST, Pose, PoseKey, Way, turn_length, unit},
+    collide::{Bounds, FASTEST, Pose, PoseKey, Way, surface_speed, turn_length, unit},
     math::{
         array::{length, minus},
         number,
@@ -38,6 +38,15 @@ pub struct MoveKey {
     pub turn: Option<[f64; 4]>,
 }
 
+/// From where a collider sets out on a move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Departure {
+    /// At once, from the pose that it has.
+    Now(Pose),
+    /// Later, from wherever it is then; it has this pose now.
+    Later(Pose),
+}
+
 /// A move of a collider that was refused.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
@@ -57,11 +66,20 @@ pub enum MoveError {
     #[error("turn {key} of collider '{name}' has length {}: length 1 within 1e-6 is needed", number(*length))]
     TurnLength { name: String, key: usize, length: f64 },
     #[error(
-        "pose {key} of the way of collider '{name}' is reached at {} m/s: allowed are at most {} m/s",
+        "{} the surface of collider '{name}' has up to {} m/s where particles can meet it: allowed are at most {} m/s",
+        leg(*key),
         number(*speed),
         number(FASTEST)
     )]
     SurfaceSpeed { name: String, key: usize, speed: f64 },
+}
+
+/// The part of a way that ends at a pose, in words.
+fn leg(key: usize) -> String {
+    match key {
+        0 => "from where it is to pose 0 of its way".to_owned(),
+        key => format!("from pose {} to pose {key} of its way", key - 1),
+    }
 }
 
 impl ColliderMove {
@@ -92,6 +110,36 @@ impl ColliderMove {
                 }
             }
             before = Some(now);
+        }
+        Ok(())
+    }
+
+    /// Checks how fast its surface is where particles within bounds (m) can meet it, which is at most `reach` (m) from its
+    /// reference point, in steps of `dt` (s). The time between two poses is the one that is asked for, or less where whole
+    /// steps take less. The part to the first pose is checked where it is known from where the collider sets out.
+    pub(super) fn check_speed(
+        &self,
+        departure: Departure,
+        reach: f64,
+        dt: f64,
+        particles: Bounds,
+    ) -> Result<(), MoveError> {
+        let (start, first) = match departure {
+            Departure::Now(start) => (start, 0),
+            Departure::Later(start) => (start, 1),
+        };
+        let way = self.way(start, 0, dt);
+        let legs = way.keys.iter().zip(way.keys.iter().skip(1)).enumerate();
+        for (key, (from, to)) in legs.skip(first) {
+            let asked = match key.checked_sub(1) {
+                Some(before) => self.keys[key].time - self.keys[before].time,
+                None => self.keys[key].time.max(dt),
+            };
+            let duration = asked.min(to.time - from.time);
+            let speed = surface_speed([&from.pose, &to.pose], duration, reach, particles);
+            if speed > FASTEST {
+                return Err(MoveError::SurfaceSpeed { name: self.collider.clone(), key, speed });
+            }
         }
         Ok(())
     }
@@ -153,6 +201,62 @@ mod tests {
     fn a_move_without_time_takes_a_step() {
         let way = to(&[key(0.0, 1.0)]).way(START, 4, 0.5);
         assert_eq!(way.keys.iter().map(|key| key.time).collect::<Vec<_>>(), [2.0, 2.5]);
+    }
+
+    /// Bounds of particles (m): a square of 1 m about the start.
+    const AROUND: Bounds = [[0.5, 2.0, 2.5], [1.5, 2.0, 3.5]];
+
+    fn checked(asked: &ColliderMove, departure: Departure, reach: f64) -> Result<(), String> {
+        asked.check_speed(departure, reach, 0.001, AROUND).map_err(|error| error.to_string())
+    }
+
+    /// A move on the spot, by an angle (rad) about y, within a time (s) from 1 s on.
+    #[allow(clippy::disallowed_methods, reason = "an angle of the tests, not of a step")]
+    fn turning(angle: f64, duration: f64) -> ColliderMove {
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        let turn = |time: f64, turn: [f64; 4]| MoveKey { time, position: None, turn: Some(turn) };
+        to(&[turn(1.0, Pose::NO_TURN), turn(1.0 + duration, [0.0, sin, 0.0, cos])])
+    }
+
+    #[test]
+    fn a_surface_that_turns_is_as_fast_as_its_farthest_point_that_particles_can_meet() {
+        let now = Departure::Now(START);
+        // Corners of the particles are 0.707 m from the reference point. In 0.1 ms it takes 1.414 rad for 10 000 m/s.
+        let duration = 1e-4;
+        for reach in [f64::INFINITY, 9.0, 0.5_f64.sqrt()] {
+            assert_eq!(checked(&turning(1.414, duration), now, reach), Ok(()));
+            let message = checked(&turning(1.415, duration), now, reach).expect_err("it is too fast");
+            let told = ["from pose 0 to pose 1", "collider 'box'", "has up to 100", "at most 10000 m/s"];
+            assert!(told.iter().all(|part| message.contains(part)), "{message}");
+        }
+        // One that is smaller may turn faster, and one that turns about another place less fast.
+        assert_eq!(checked(&turning(1.999, duration), now, 0.5), Ok(()));
+        checked(&turning(2.001, duration), now, 0.5).expect_err("it is too fast");
+        let away = Departure::Now(Pose { position: [1.0, 12.0, 3.0], ..START });
+        assert_eq!(checked(&turning(0.0997, duration), away, f64::INFINITY), Ok(()));
+        checked(&turning(0.0999, duration), away, f64::INFINITY).expect_err("it is too fast");
+        assert_eq!(checked(&turning(0.0, duration), now, f64::INFINITY), Ok(()));
+    }
+
+    #[test]
+    fn the_way_to_the_first_pose_takes_a_step_at_least_and_counts_where_its_start_is_known() {
+        // It sets out from x = 1 m.
+        for (x, is_good) in [(10.999, true), (11.001, false)] {
+            let asked = to(&[MoveKey { time: 0.0, position: Some([x, 2.0, 3.0]), turn: None }]);
+            let found = checked(&asked, Departure::Now(START), 1.0);
+            assert_eq!(found.is_ok(), is_good, "{found:?}");
+            assert_eq!(checked(&asked, Departure::Later(START), 1.0), Ok(()));
+        }
+        let message = checked(&to(&[key(0.0, 99.0)]), Departure::Now(START), 1.0).expect_err("too fast");
+        assert!(message.starts_with("from where it is to pose 0 of its way the surface"), "{message}");
+    }
+
+    #[test]
+    fn whole_steps_that_take_less_than_was_asked_for_count() {
+        // 15 m in 1.5 ms, which is a step of 1 ms: poses are at 1 and 2 ms.
+        let asked = to(&[key(0.0005, 0.0), key(0.002, 15.0)]);
+        checked(&asked, Departure::Later(START), 1.0).expect_err("it is too fast");
+        assert_eq!(checked(&to(&[key(0.0005, 0.0), key(0.002, 9.9)]), Departure::Later(START), 1.0), Ok(()));
     }
 
     #[test]

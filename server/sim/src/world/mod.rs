@@ -28,7 +28,7 @@ mod state;
 
 pub use changes::{Change, ChangeError, allowed};
 pub use clock::World;
-pub use collider_move::{ColliderMove, MoveError, MoveKey};
+pub use collider_move::{ColliderMove, Departure, MoveError, MoveKey};
 pub use forces::{Forces, TimedForce};
 pub use parameters::{ClothParameters, SpringRange, WorldParameters};
 pub use rules::ChangeRules;

@@ -1,21 +1,26 @@
 //! Which changes a world accepts. Bodies, kinds of springs and pins never change, so that changes can be checked while the
 //! world steps.
 
+use std::cell::LazyCell;
+
 use super::{
     body::Body,
     changes::{Change, ChangeError, allowed},
-    collider_move::{ColliderMove, MoveError, MoveKey},
+    collider_move::{ColliderMove, Departure, MoveError, MoveKey},
     forces::Forces,
 };
 use crate::{
     cloth::{Air, SpringKind},
-    collide::Collider,
+    collide::{Bounds, Collider},
     math::Real,
     parallel::Ranks,
 };
 
+/// Bounds (m) that hold every place.
+const EVERYWHERE: Bounds = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+
 /// Which changes a world accepts.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ChangeRules {
     particle_count: usize,
     /// Pinned particles over all bodies, in order.
@@ -25,6 +30,10 @@ pub struct ChangeRules {
     snows: Vec<(String, usize)>,
     /// Names of the colliders.
     colliders: Vec<String>,
+    /// How far (m) each of them reaches from its reference point.
+    reaches: Vec<f64>,
+    /// Time step of the world (s).
+    dt: f64,
     /// Whether several ranks step the world.
     over_ranks: bool,
 }
@@ -48,11 +57,18 @@ impl ClothRules {
 
 impl ChangeRules {
     /// The rules of a world of these bodies and colliders.
-    pub(super) fn of<R: Real>(bodies: &[Body<R>], colliders: &[Collider], ranks: Option<&Ranks>) -> Self {
+    pub(super) fn of<R: Real>(
+        bodies: &[Body<R>],
+        colliders: &[Collider],
+        dt: f64,
+        ranks: Option<&Ranks>,
+    ) -> Self {
         let (pinned, cloths, snows) = (Vec::new(), Vec::new(), Vec::new());
         let over_ranks = ranks.is_some();
+        let reaches = colliders.iter().map(|collider| collider.shape.reach()).collect();
         let colliders = colliders.iter().map(|collider| collider.name.clone()).collect();
-        let mut rules = Self { particle_count: 0, pinned, cloths, snows, colliders, over_ranks };
+        let mut rules =
+            Self { particle_count: 0, pinned, cloths, snows, colliders, reaches, dt, over_ranks };
         for body in bodies {
             let first = body.first_particle();
             let own = 0..body.particle_count() as u32;
@@ -100,6 +116,31 @@ impl ChangeRules {
             Some(pair) => Err(MoveError::ColliderTwice { name: pair[0].clone() }.into()),
             None => Ok(()),
         }
+    }
+
+    /// Checks how fast the surfaces of colliders are that changes move, where particles can meet them. `departure` says from
+    /// where one sets out; one of which it says nothing is not checked. `particles` gives the bounds (m) of all particles as they
+    /// are now; it is asked only where the size of a shape does not tell.
+    ///
+    /// # Errors
+    /// The first move whose surface would be faster than 1e4 m/s.
+    pub fn check_speeds(
+        &self,
+        changes: &[Change],
+        departure: impl Fn(&str) -> Option<Departure>,
+        particles: impl FnOnce() -> Bounds,
+    ) -> Result<(), ChangeError> {
+        let particles = LazyCell::new(particles);
+        for change in changes {
+            let Change::Collider(asked) = change else { continue };
+            let mut known = self.colliders.iter().zip(&self.reaches);
+            let Some((name, reach)) = known.find(|(name, _)| **name == asked.collider) else { continue };
+            let Some(start) = departure(name) else { continue };
+            if asked.check_speed(start, *reach, self.dt, EVERYWHERE).is_err() {
+                asked.check_speed(start, *reach, self.dt, *particles)?;
+            }
+        }
+        Ok(())
     }
 
     fn check_one(&self, change: &Change) -> Result<(), ChangeError> {

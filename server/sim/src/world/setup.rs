@@ -7,8 +7,9 @@ use thiserror::Error;
 use super::{forces::TimedForce, wind::Wind};
 use crate::{
     cloth::{ClothSettings, Minimizer, Network},
-    collide::Collider,
+    collide::{Bounds, Collider, FASTEST},
     linalg::OperatorKind,
+    math::{four_digits, number},
     snow::{SnowError, SnowSetup},
 };
 
@@ -91,6 +92,15 @@ impl WorldSetup {
         Ok(())
     }
 
+    /// The least and the greatest coordinates (m) of all particles; none without particles.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let cloth = self.bodies.iter().flat_map(|body| &body.network.x);
+        let snow = self.snow.iter().flat_map(|snow| &snow.objects).flat_map(|object| &object.x);
+        cloth.chain(snow).map(|x| [*x, *x]).reduce(|[low, high], [x, _]| {
+            [[0, 1, 2].map(|c| f64::min(low[c], x[c])), [0, 1, 2].map(|c| f64::max(high[c], x[c]))]
+        })
+    }
+
     /// Checks what does not belong to one body alone.
     pub(super) fn check(&self) -> Result<(), SetupError> {
         if self.bodies.is_empty() && self.snow.is_none() {
@@ -117,9 +127,23 @@ impl WorldSetup {
             return Err(SetupError::Body { body: names[twice].clone(), message });
         }
 
-        self.colliders.iter().try_for_each(|collider| match collider.invalid() {
-            Some(message) => Err(SetupError::Collider { collider: collider.name.clone(), message }),
-            None => Ok(()),
+        let particles = self.bounds();
+        self.colliders.iter().try_for_each(|collider| {
+            let fast = || collider.too_fast(particles?).map(too_fast);
+            match collider.invalid().or_else(fast) {
+                Some(message) => Err(SetupError::Collider { collider: collider.name.clone(), message }),
+                None => Ok(()),
+            }
         })
     }
+}
+
+/// That a surface is too fast on its way to a key, and how fast it is (m/s).
+fn too_fast((key, speed): (usize, f64)) -> String {
+    format!(
+        "from key {} to key {key} its surface has up to {} m/s where particles can meet it: at most {} m/s are allowed",
+        key - 1,
+        four_digits(speed),
+        number(FASTEST)
+    )
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::geometry::{Nearest, Probe, SignedDistance, across, invalid_rod, length_and_direction, middle};
-use crate::math::array::{dot, minus};
+use crate::math::array::{dot, length, minus};
 
 /// All points within `radius` of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +36,10 @@ impl SignedDistance for Capsule {
     fn thickness(&self) -> f64 {
         2.0 * self.radius
     }
+
+    fn reach(&self) -> f64 {
+        0.5 * length(minus(self.end, self.start)) + self.radius
+    }
 }
 
 #[cfg(test)]
@@ -43,7 +47,6 @@ mod sample {
     use std::f64::consts::TAU;
 
     use super::{super::sample::*, *};
-    use crate::math::array::length;
 
     impl Sample for Capsule {
         fn example() -> Self {

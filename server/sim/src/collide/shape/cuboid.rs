@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::geometry::{
     Nearest, Probe, SignedDistance, between_faces, is_finite, is_length, is_square, is_unit,
 };
-use crate::math::array::{cross, dot};
+use crate::math::array::{cross, dot, length};
 
 /// A box that may be turned.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,6 +45,10 @@ impl SignedDistance for Cuboid {
 
     fn thickness(&self) -> f64 {
         2.0 * self.half_extent.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    fn reach(&self) -> f64 {
+        length(self.half_extent)
     }
 }
 

@@ -44,6 +44,10 @@ impl SignedDistance for Cylinder {
     fn thickness(&self) -> f64 {
         length(minus(self.end, self.start)).min(2.0 * self.radius)
     }
+
+    fn reach(&self) -> f64 {
+        length([0.5 * length(minus(self.end, self.start)), self.radius, 0.0])
+    }
 }
 
 #[cfg(test)]

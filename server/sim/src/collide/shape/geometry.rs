@@ -37,6 +37,11 @@ pub(super) trait SignedDistance {
     /// Least way (m) through its middle, from one side to the other; infinite where there is no other side.
     fn thickness(&self) -> f64;
 
+    /// How far (m) the farthest point of its surface is from its reference point; infinite where it has no end.
+    fn reach(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Whether a particle outside may touch it at several places that look different ways.
     fn has_creases(&self) -> bool {
         false

@@ -63,6 +63,13 @@ macro_rules! shapes {
                 }
             }
 
+            /// How far (m) the farthest point of its surface is from its reference point; infinite where it has no end.
+            pub(crate) fn reach(&self) -> f64 {
+                match self {
+                    $(Self::$name(shape) => shape.reach(),)*
+                }
+            }
+
             /// Whether a particle outside may touch it at several places that look different ways.
             pub(crate) fn has_creases(&self) -> bool {
                 match self {

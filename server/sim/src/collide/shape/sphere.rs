@@ -33,6 +33,10 @@ impl SignedDistance for Sphere {
     fn thickness(&self) -> f64 {
         2.0 * self.radius
     }
+
+    fn reach(&self) -> f64 {
+        self.radius
+    }
 }
 
 #[cfg(test)]

@@ -92,6 +92,18 @@ fn no_point_of_a_shape_is_deeper_than_half_its_thickness() {
 }
 
 #[test]
+fn no_point_of_a_surface_is_farther_from_the_reference_point_than_it_reaches() {
+    for shape in Shape::examples() {
+        let ways = shape.surface().into_iter().map(|point| length(minus(point, shape.reference())));
+        let (farthest, reach) = (ways.fold(0.0, f64::max), shape.reach());
+        assert_eq!(reach.is_infinite(), shape.thickness().is_infinite(), "{shape:?}");
+        // A sample lies within 0.015 of every point of the surface.
+        let spare = reach - farthest;
+        assert!(reach.is_infinite() || (-1e-12..0.015).contains(&spare), "{shape:?}: {farthest} m, {reach} m");
+    }
+}
+
+#[test]
 fn points_with_several_nearest_ones_have_a_finite_distance_and_a_unit_normal() {
     let [x, y, z] = TURNED;
     for shape in Shape::examples() {

@@ -194,6 +194,10 @@ impl SignedDistance for MeshSolid {
         self.0.thickness
     }
 
+    fn reach(&self) -> f64 {
+        self.points().iter().map(|point| length(minus(*point, self.1))).fold(0.0, f64::max)
+    }
+
     fn has_creases(&self) -> bool {
         true
     }
