@@ -262,6 +262,51 @@ async fn a_refused_move_changes_nothing() {
     assert_eq!(a.parameters, b.parameters);
 }
 
+/// A turn by an angle (rad) about z.
+fn about_z(angle: f64) -> v1::Quaternion {
+    let (sine, cosine) = (0.5 * angle).sin_cos();
+    [0.0, 0.0, sine, cosine].into()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_surface_that_particles_would_meet_too_fast_is_refused() {
+    let mut server = Server::start().await;
+    // Within a step of 2 ms, 10 000 m/s are 0.02 rad at a distance of 1 km; the sheet is within 1 m of the origin.
+    let plane = "[[collider]]\nname = \"ground\"\nplane = { point = [0, -1000, 0], normal = [0, 1, 0] }\n";
+    let id = server.session(scene() + plane).await;
+    let turned = |name: &str, angle: f64| v1::ColliderUpdate {
+        name: name.into(),
+        position: None,
+        turn: Some(about_z(angle)),
+        duration_seconds: DT,
+    };
+    let refused = server.client.update_parameters(updates(&id, 0, vec![turned("ground", 0.0202)])).await;
+    let status = refused.expect_err("it is too fast");
+    assert_eq!(assert_reason(&status, Reason::InvalidChange)["collider"], "ground");
+    let told = ["from where it is to pose 0", "collider 'ground'", "at most 10000 m/s"];
+    assert!(told.iter().all(|part| status.message().contains(part)), "{}", status.message());
+
+    let there_and_on = |angle: f64| v1::ColliderPath {
+        name: "ground".into(),
+        times_seconds: vec![DT, 2.0 * DT],
+        positions: Vec::new(),
+        turns: [about_z(0.0), about_z(angle)].into_iter().flat_map(<[f64; 4]>::from).collect(),
+    };
+    let refused = server.client.update_parameters(paths(&id, 30, vec![there_and_on(0.0202)])).await;
+    let status = refused.expect_err("it is too fast");
+    assert!(status.message().contains("from pose 0 to pose 1"), "{}", status.message());
+
+    // A little slower is taken, and what is small may turn as fast as it likes.
+    send(&mut server, updates(&id, 0, vec![turned("ground", 0.0198), turned("box", 3.0)])).await;
+    send(&mut server, paths(&id, 30, vec![there_and_on(0.0198)])).await;
+    server.step(&id, 1).await;
+
+    // From where it will be then nobody knows.
+    send(&mut server, updates(&id, 40, vec![turned("ground", 1.0)])).await;
+    let again = server.client.update_parameters(updates(&id, 0, vec![turned("ground", 1.0)])).await;
+    again.expect("another move of it waits");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn moves_that_wait_are_listed_as_they_were_asked_for() {
     let mut server = Server::start().await;

@@ -196,6 +196,31 @@ fn keys_that_do_not_fit_are_refused_where_they_stand() {
 }
 
 #[test]
+fn a_surface_that_particles_can_meet_too_fast_is_refused() {
+    let plane = "plane = { point = [0.1, -1, 0.1], normal = [0, 1, 0] }";
+    let ball = "sphere = { center = [0.1, -1, 0.1], radius = 0.5 }";
+    // A quarter turn about z within so many seconds, and a way along y. The corners of the sheet are 1.00995 m from where it
+    // begins.
+    let moved = |shape: &str, seconds: f64, along: f64| {
+        let turn = [0.0, 0.0, 1.0, 1.0];
+        with(shape, &(key(0.0, [0.1, -1.0, 0.1], NO_TURN) + &key(seconds, [0.1, along - 1.0, 0.1], turn)))
+    };
+    for (shape, good, bad, told) in [
+        (plane, (1.60e-4, 0.0), (1.57e-4, 0.0), "10100"),
+        (ball, (7.9e-5, 0.0), (7.8e-5, 0.0), "10070"),
+        (ball, (1.57e-4, 0.78), (1.57e-4, 0.79), "10030"),
+    ] {
+        built(&moved(shape, good.0, good.1));
+        let wanted = format!(
+            "scene.toml:20:8: collider[0].key[1].turn: from key 0 to key 1 the surface of collider 'it' has up to {told} m/s \
+             where particles can meet it; allowed: at most 10000 m/s"
+        );
+        let found = message(&moved(shape, bad.0, bad.1));
+        assert!(found.starts_with(&wanted), "\nwanted {wanted}\nfound  {found}");
+    }
+}
+
+#[test]
 fn a_scene_made_by_a_program_is_checked_too() {
     let refused = |spoil: fn(&mut ColliderKey)| {
         let mut scene = scene(&with(BALL, KEYS));
