@@ -1,6 +1,6 @@
-//! What `--measure` asks of the end of a run: heights, centres, speeds, single particles.
+//! What `--measure` asks of a run: heights, centres, speeds and particles at its end, and forces on colliders.
 //!
-//! Enters: a measure as it is typed, a simulation at its end. Leaves: numbers, in m and m/s.
+//! Enters: a measure as it is typed, a simulation at its end, what colliders felt. Leaves: numbers, in m, m/s and N.
 
 use std::ops::Range;
 
@@ -10,6 +10,7 @@ use nappe_sim::{
     world::{Simulation, WorldSetup},
 };
 
+use super::felt::{Felt, Force};
 use crate::{
     error::{CliError, Result},
     particles::{self, Particle},
@@ -27,22 +28,26 @@ const QUANTITIES: [&str; 9] = [
     "particle.N.y",
     "particle.N.z",
 ];
+/// The same of a collider.
+const FORCES: [&str; 5] = ["force.x", "force.y", "force.z", "force.mean", "force.greatest"];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// What a body is, by the first part of measures.
+/// What is measured, by the first part of measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Cloth,
     Snow,
+    Collider,
 }
 
 impl Kind {
-    const ALL: [Self; 2] = [Self::Cloth, Self::Snow];
+    const ALL: [Self; 3] = [Self::Cloth, Self::Snow, Self::Collider];
 
     const fn name(self) -> &'static str {
         match self {
             Self::Cloth => "body",
             Self::Snow => "snow",
+            Self::Collider => "collider",
         }
     }
 
@@ -51,11 +56,20 @@ impl Kind {
         match self {
             Self::Cloth => "body",
             Self::Snow => "object of snow",
+            Self::Collider => "collider",
+        }
+    }
+
+    /// What is measured of it, as it is typed; the first is an example.
+    const fn quantities(self) -> &'static [&'static str] {
+        match self {
+            Self::Cloth | Self::Snow => &QUANTITIES,
+            Self::Collider => &FORCES,
         }
     }
 }
 
-/// What is measured of a body.
+/// What is measured of a body or of a collider.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Quantity {
     /// y of its lowest particle (m).
@@ -68,20 +82,23 @@ enum Quantity {
     Fastest,
     /// Where a particle is along an axis (m), in the user's numbering of the body, or by its name.
     Particle(Particle, usize),
+    /// The force on a collider (N).
+    Force(Force),
 }
 
-/// A quantity of a body or of an object of snow.
+/// A quantity of a body, of an object of snow or of a collider.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Measure {
     /// As it was typed, which is the name of its column.
     pub(crate) name: String,
     kind: Kind,
+    /// Name of the body or of the collider.
     body: String,
     quantity: Quantity,
 }
 
 impl Measure {
-    /// `body.NAME.QUANTITY` or `snow.NAME.QUANTITY`.
+    /// `body.NAME.QUANTITY`, `snow.NAME.QUANTITY` or `collider.NAME.QUANTITY`.
     pub(crate) fn parse(text: &str) -> std::result::Result<Self, String> {
         let text = text.trim();
         let (kind, rest) = text.split_once('.').unwrap_or((text, ""));
@@ -90,26 +107,19 @@ impl Measure {
             return Err(format!("'{text}' begins with '{kind}'; {near}"));
         };
         let parts: Vec<&str> = rest.split('.').collect();
-        let (body, quantity) = match parts.as_slice() {
-            [body @ .., "lowest"] => (body, Quantity::Lowest),
-            [body @ .., "highest"] => (body, Quantity::Highest),
-            [body @ .., "fastest"] => (body, Quantity::Fastest),
-            [body @ .., "centre", along] => (body, Quantity::Centre(axis(text, along)?)),
-            [body @ .., "particle", number, along] => {
-                let particle = Particle::parse(number).map_err(|error| format!("'{text}': {error}"))?;
-                (body, Quantity::Particle(particle, axis(text, along)?))
-            }
-            parts => {
-                let asked = parts.get(1..).unwrap_or_default().join(".");
-                return Err(format!(
-                    "'{text}': '{asked}' is nothing that is measured; {}",
-                    suggestion(&asked, QUANTITIES)
-                ));
-            }
+        let read = match kind {
+            Kind::Cloth | Kind::Snow => of_body(text, &parts)?,
+            Kind::Collider => of_collider(&parts),
+        };
+        let Some((body, quantity)) = read else {
+            let asked = parts.get(1..).unwrap_or_default().join(".");
+            let near = suggestion(&asked, kind.quantities().iter().copied());
+            return Err(format!("'{text}': '{asked}' is nothing that is measured; {near}"));
         };
         let body = body.join(".");
         if body.is_empty() {
-            return Err(format!("'{text}' names no {}: {}.NAME.lowest", kind.words(), kind.name()));
+            let (words, name, example) = (kind.words(), kind.name(), kind.quantities()[0]);
+            return Err(format!("'{text}' names no {words}: {name}.NAME.{example}"));
         }
         Ok(Self { name: text.to_owned(), kind, body, quantity })
     }
@@ -120,6 +130,9 @@ impl Measure {
     /// What it has.
     pub(crate) fn check(&self, bodies: &Bodies) -> std::result::Result<(), String> {
         let Self { name, kind, body, quantity } = self;
+        if bodies.collider(self).is_some() {
+            return Ok(());
+        }
         let Some(found) = bodies.find(self) else {
             let others: Vec<&str> = bodies.names(*kind).collect();
             let missing = format!("--measure {name}: the scene has no {}", kind.words());
@@ -144,8 +157,12 @@ impl Measure {
         }
     }
 
-    /// What it is (m or m/s) for particles at places with velocities; not a number of what the world does not have.
-    fn value(&self, bodies: &Bodies, x: &[[f64; 3]], v: &[[f64; 3]]) -> f64 {
+    /// What it is (m, m/s or N) for particles at places with velocities, and for what colliders felt; not a number of what the
+    /// world does not have.
+    fn value(&self, bodies: &Bodies, felt: &Felt, x: &[[f64; 3]], v: &[[f64; 3]]) -> f64 {
+        if let (Quantity::Force(force), Some(collider)) = (&self.quantity, bodies.collider(self)) {
+            return felt.force(collider, *force);
+        }
         let Some(body) = bodies.find(self) else { return f64::NAN };
         let range = body.particles.clone();
         let (x, v, masses) = (&x[range.clone()], &v[range.clone()], &bodies.masses[range]);
@@ -162,8 +179,39 @@ impl Measure {
                 Ok([one]) => x[*one as usize][*axis],
                 _ => f64::NAN,
             },
+            // It is no body's.
+            Quantity::Force(_) => f64::NAN,
         }
     }
+}
+
+/// The name of a body, in parts, and what is measured of it; none of what is not measured.
+fn of_body<'a>(
+    text: &str,
+    parts: &'a [&'a str],
+) -> std::result::Result<Option<(&'a [&'a str], Quantity)>, String> {
+    Ok(Some(match parts {
+        [body @ .., "lowest"] => (body, Quantity::Lowest),
+        [body @ .., "highest"] => (body, Quantity::Highest),
+        [body @ .., "fastest"] => (body, Quantity::Fastest),
+        [body @ .., "centre", along] => (body, Quantity::Centre(axis(text, along)?)),
+        [body @ .., "particle", number, along] => {
+            let particle = Particle::parse(number).map_err(|error| format!("'{text}': {error}"))?;
+            (body, Quantity::Particle(particle, axis(text, along)?))
+        }
+        _ => return Ok(None),
+    }))
+}
+
+/// The same of a collider.
+fn of_collider<'a>(parts: &'a [&'a str]) -> Option<(&'a [&'a str], Quantity)> {
+    let [collider @ .., "force", which] = parts else { return None };
+    let force = match *which {
+        "mean" => Force::Mean,
+        "greatest" => Force::Greatest,
+        along => Force::Along(AXES.iter().position(|axis| *axis == along)?),
+    };
+    Some((collider, Quantity::Force(force)))
 }
 
 /// The number of an axis.
@@ -192,10 +240,12 @@ struct Body {
     layout: Layout,
 }
 
-/// The bodies and the objects of snow of a world, in the order of their particles.
+/// The bodies and the objects of snow of a world, in the order of their particles, and its colliders.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies {
     bodies: Vec<Body>,
+    /// Names of the colliders, in the order of the scene.
+    colliders: Vec<String>,
     /// Masses (kg) of all particles.
     masses: Vec<f64>,
 }
@@ -216,7 +266,8 @@ impl Bodies {
             bodies.push(Body { kind, name: name.clone(), particles, layout });
             masses.extend_from_slice(own);
         }
-        Self { bodies, masses }
+        let colliders = setup.colliders.iter().map(|collider| collider.name.clone()).collect();
+        Self { bodies, colliders, masses }
     }
 
     /// The body that a measure names.
@@ -224,13 +275,26 @@ impl Bodies {
         self.bodies.iter().find(|body| body.kind == measure.kind && body.name == measure.body)
     }
 
+    /// The place in the scene of the collider that a measure names.
+    fn collider(&self, measure: &Measure) -> Option<usize> {
+        let is_named = |name: &String| measure.kind == Kind::Collider && *name == measure.body;
+        self.colliders.iter().position(is_named)
+    }
+
     fn names(&self, kind: Kind) -> impl Iterator<Item = &str> {
-        self.bodies.iter().filter(move |body| body.kind == kind).map(|body| body.name.as_str())
+        let bodies = self.bodies.iter().filter(move |body| body.kind == kind).map(|body| body.name.as_str());
+        let colliders = self.colliders.iter().filter(move |_| kind == Kind::Collider);
+        bodies.chain(colliders.map(String::as_str))
     }
 }
 
-/// What measures are at the present state of a simulation.
-pub(crate) fn values(measures: &[Measure], bodies: &Bodies, simulation: &Simulation) -> Vec<f64> {
+/// What measures are at the present state of a simulation, whose colliders have felt so much.
+pub(crate) fn values(
+    measures: &[Measure],
+    bodies: &Bodies,
+    felt: &Felt,
+    simulation: &Simulation,
+) -> Vec<f64> {
     if measures.is_empty() {
         return Vec::new();
     }
@@ -238,7 +302,7 @@ pub(crate) fn values(measures: &[Measure], bodies: &Bodies, simulation: &Simulat
     let mut v = x.clone();
     simulation.read::<f64>(Field::Positions, x.as_flattened_mut());
     simulation.read::<f64>(Field::Velocities, v.as_flattened_mut());
-    measures.iter().map(|measure| measure.value(bodies, &x, &v)).collect()
+    measures.iter().map(|measure| measure.value(bodies, felt, &x, &v)).collect()
 }
 
 /// Refuses a measure that is asked for twice.
@@ -268,16 +332,26 @@ mod tests {
         assert_eq!((dotted.body.as_str(), dotted.quantity), ("a.b", number));
         let corner = Quantity::Particle(Particle::Name("top_left".to_owned()), 2);
         assert_eq!(measure("body.sheet.particle.top_left.z").quantity, corner);
+        let pushed = measure("collider.left.jaw.force.y");
+        assert_eq!((pushed.body.as_str(), pushed.quantity), ("left.jaw", Quantity::Force(Force::Along(1))));
+        assert_eq!(measure("collider.lid.force.mean").quantity, Quantity::Force(Force::Mean));
     }
 
     #[test]
     fn what_is_no_measure_says_what_is_near() {
         for (text, part) in [
-            ("sheet.lowest", "begins with 'sheet'; allowed: body, snow"),
+            ("sheet.lowest", "begins with 'sheet'; allowed: body, snow, collider"),
             ("bodi.sheet.lowest", "did you mean 'body'?"),
             ("body.sheet.lowst", "did you mean 'lowest'?"),
             ("body.sheet", "allowed: lowest, highest"),
             ("body.lowest", "names no body"),
+            ("body.sheet.force.x", "'force.x' is nothing that is measured"),
+            ("collider.lid.force.gratest", "did you mean 'force.greatest'?"),
+            (
+                "collider.lid.lowest",
+                "'lowest' is nothing that is measured; allowed: force.x, force.y, force.z, force.mean, force.greatest",
+            ),
+            ("collider.force.x", "names no collider: collider.NAME.force.x"),
             ("body.sheet.centre.w", "'w' is no axis; allowed: x, y, z"),
             ("body.sheet.particle.-1.x", "'-1' is not a particle's number"),
             ("body.sheet.particle.topleft.x", "did you mean 'top_left'?"),

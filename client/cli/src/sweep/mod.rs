@@ -5,6 +5,7 @@
 mod split;
 mod combos;
 mod end;
+mod felt;
 mod measure;
 mod meshes;
 mod run;

@@ -10,6 +10,7 @@ use nappe_sim::{field::Field, report::NoStopwatch, world::Simulation};
 
 use super::{
     end::End,
+    felt::Felt,
     measure::{self, Bodies, Measure},
     meshes::Meshes,
 };
@@ -24,7 +25,7 @@ use crate::{
 pub(crate) struct Common {
     pub(crate) meshes: Meshes,
     pub(crate) end: End,
-    /// What is measured at the end of each.
+    /// What is measured of each.
     pub(crate) measures: Vec<Measure>,
 }
 
@@ -89,6 +90,7 @@ pub(crate) fn run(
     let mut ran = Ran { outcome: "ok", ..Ran::default() };
     let start = simulation.diagnose();
     (ran.energy, ran.max_stretch) = (start.total_energy(), start.max_stretch);
+    let mut felt = Felt::default();
     for _ in 0..steps {
         if is_stopped() {
             return Ok(None);
@@ -97,6 +99,7 @@ pub(crate) fn run(
             Ok(report) => {
                 ran.energy = report.diagnostics.total_energy();
                 ran.max_stretch = ran.max_stretch.max(report.diagnostics.max_stretch);
+                felt.add(&report.loads);
             }
             Err(error) => {
                 (ran.outcome, ran.cause) = ("failed", error.to_string());
@@ -105,7 +108,7 @@ pub(crate) fn run(
         }
     }
     (ran.steps, ran.time) = (simulation.step_count(), simulation.time());
-    ran.measured = measure::values(&common.measures, &bodies, &simulation);
+    ran.measured = measure::values(&common.measures, &bodies, &felt, &simulation);
     ran.state_hash = simulation.state_hash();
     ran.seconds = begin.elapsed().as_secs_f64();
     if let Some(path) = end {

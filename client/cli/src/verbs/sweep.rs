@@ -35,7 +35,9 @@ their places from 0 on. A list in brackets takes the place of a list, a table in
 schema before anything runs, and meshes are read once, at the start.
 
 Measures are taken at the end of each run: of a body NAME, body.NAME.lowest and .highest (y, m), .centre.x, .y and .z (of mass, m),
-.fastest (m/s), .particle.N.x, .y and .z (m, N from 0 on, or a name: top_left); the same of an object of snow, snow.NAME.lowest and so on.
+.fastest (m/s), .particle.N.x, .y and .z (m, N from 0 on, or a name: top_left); the same of an object of snow, snow.NAME.lowest and so on;
+the force on a collider NAME, collider.NAME.force.x, .y and .z (N, in the last step), .force.mean and .force.greatest (its size, N, over
+all steps).
 
 It writes sweep.csv, one row per run, appended as runs end and sorted when all are done; sweep.json, what was asked for; and with
 one key or two a picture, sweep.svg and sweep.png. An interrupted sweep resumes when it is started again with the same arguments,
@@ -61,7 +63,7 @@ pub(crate) struct SweepArgs {
     /// Run until this time (s), whatever the step of each run; runs whose step does not divide it are refused
     #[arg(long, value_name = "S", conflicts_with = "steps", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
-    /// What is measured at the end of each run, a column each: body.NAME.lowest, snow.NAME.centre.x, ...
+    /// What is measured of each run, a column each: body.NAME.lowest, snow.NAME.centre.x, collider.NAME.force.y, ...
     #[arg(long = "measure", value_name = "MEASURE,...", value_delimiter = ',', value_parser = Measure::parse)]
     measures: Vec<Measure>,
     /// Keep the end of each run as a PLY file

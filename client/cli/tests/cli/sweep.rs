@@ -253,6 +253,49 @@ fn measures_are_those_of_the_end_that_is_kept() {
     assert_eq!(described["measures"].as_array().map(Vec::len), Some(measures.len()));
 }
 
+/// Below the sheet at a height of its margin, and far away.
+const COLLIDERS: &str = r#"
+[[collider]]
+name = "floor"
+plane = { point = [0, -0.01, 0], normal = [0, 1, 0] }
+margin = 0.01
+
+[[collider]]
+name = "lid"
+box = { center = [0, 5, 0], size = [1, 0.1, 1] }
+"#;
+
+#[test]
+fn a_force_on_a_collider_is_a_column_of_its_own() {
+    let folder = folder();
+    let lies = SMALL_SCENE.replace("pins = [\"top_left\", \"top_right\"]", "") + COLLIDERS;
+    let scene = write_scene(folder.path(), &lies);
+    let forces = ["x", "y", "mean", "greatest"].map(|what| format!("collider.floor.force.{what}"));
+    let measures = [&forces[..], &["collider.lid.force.greatest".to_owned()]].concat();
+    let asked = measures.join(",");
+    let set = ["--set", "gravity.1=-9.81,-1", "--steps", "4", "--measure", &asked];
+    nappe_in(folder.path(), &[&["sweep", &scene, "--out", "out"], &set[..]].concat()).ok();
+    let found = rows(&folder.path().join("out"));
+    let columns = fields(&found[0]);
+    let first = columns.iter().position(|name| *name == measures[0]).expect("a column");
+    assert_eq!(columns[first..first + measures.len()], measures);
+    for (row, gravity) in found[1..].iter().zip([9.81, 1.0]) {
+        let row = fields(row);
+        // 144 particles of 0.01 kg lie on it from the start.
+        let weight = 1.44 * gravity;
+        let expected = [0.0, -weight, weight, weight, 0.0];
+        for (place, expected) in expected.into_iter().enumerate() {
+            let measured: f64 = row[first + place].parse().expect("a number");
+            let off = (measured - expected).abs();
+            assert!(off < 1e-3 * weight, "{}: {measured}, not {expected}", measures[place]);
+        }
+    }
+    let args = ["sweep", &scene, "--set", "gravity.1=0,-1", "--out", "no", "--measure", "collider.table.force.y"];
+    let done = nappe_in(folder.path(), &args);
+    assert_eq!(done.code, Some(2), "{done:?}");
+    assert!(done.stderr.contains("no collider 'table'; allowed: floor, lid"), "{}", done.stderr);
+}
+
 #[test]
 fn what_cannot_be_measured_is_refused_before_anything_runs() {
     let folder = folder();
@@ -265,6 +308,7 @@ fn what_cannot_be_measured_is_refused_before_anything_runs() {
         ("body.sheet.particle.first.x", "the particle of body 'sheet' is 'first'; allowed: top_left, "),
         ("body.sheet.particle.top.x", "'top' means 12 particles; one is measured"),
         ("snow.ball.lowest", "the scene has no object of snow"),
+        ("collider.floor.force.y", "the scene has no collider"),
         ("body.sheet.lowest,body.sheet.lowest", "is asked for twice"),
     ] {
         let args = ["sweep", &scene, "--set", "gravity.1=0,-1", "--out", "out", "--measure", measure];
