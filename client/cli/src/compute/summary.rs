@@ -40,6 +40,10 @@ pub(crate) struct Summary {
     cloth: Option<v1::ClothSteps>,
     /// Diagnostics of the snow in the last step; none without snow.
     snow: Option<v1::SnowDiagnostics>,
+    /// What colliders felt in the last step; empty before the first.
+    loads: Vec<v1::ColliderLoad>,
+    /// Where colliders are at the end.
+    poses: Vec<v1::ColliderPose>,
     /// What makes the results doubtful, counted over all steps.
     notices: v1::Notices,
     /// Where and why the simulation diverged.
@@ -94,6 +98,8 @@ impl Summary {
             external_work: last.external_work,
             cloth: last.cloth,
             snow: last.snow,
+            loads: last.loads,
+            poses: session.parameters.as_ref().map_or_else(Vec::new, |now| now.collider_poses.clone()),
             notices: last.notices.unwrap_or_default(),
             diverged: diverged.map(|failure| Divergence {
                 step: failure.step,

@@ -30,9 +30,10 @@ With --json the last line is one object: scene, steps, time (s), seconds (wall c
 state_hash (16 hexadecimal digits), energy (J), max_stretch, external_work (J, of air and given forces in
 the last step), cloth (null, or substeps, rejected, dt_seconds,
 bound, bound_particle, bound_seconds, error_rms and error_largest of the last step), snow (null, or substeps,
-dt_seconds, bound, plastic_count and the other diagnostics of the snow's last step), notices (counts of what
-makes the results doubtful), diverged (null, or step, particle, cause),
-and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
+dt_seconds, bound, plastic_count and the other diagnostics of the snow's last step), loads (name, force in N,
+torque in N m and contacts of each collider in the last step), poses (name, position in m and turn of each
+collider at the end, the turn a quaternion x, y, z, w), notices (counts of what makes the results doubtful),
+diverged (null, or step, particle, cause), and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,

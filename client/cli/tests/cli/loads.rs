@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::support::{SMALL_SCENE, Server, folder, write_scene};
+use crate::support::{SMALL_SCENE, Server, folder, nappe_in, write_scene};
 
 /// Below the sheet at a height of its margin, and far away.
 const COLLIDERS: &str = r#"
@@ -15,6 +15,18 @@ friction = 0.5
 [[collider]]
 name = "lid"
 box = { center = [0, 5, 0], size = [1, 0.1, 1] }
+"#;
+
+/// Moves the lid, in place of where it stands.
+const KEYS: &str = r#"
+[[collider.key]]
+time = 0
+position = [0, 5, 0]
+
+[[collider.key]]
+time = 0.02
+position = [0, 6, 0]
+turn = [0, 1, 0, 0]
 "#;
 
 /// Force and torque of a load.
@@ -46,4 +58,22 @@ fn a_session_tells_what_its_colliders_feel() {
     let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(off < 1e-3 * weight, "{found:?}, not {expected:?}");
     assert_eq!((numbers(&loads[1]), &loads[1]["contacts"]), ([0.0; 6], &0.into()));
+}
+
+#[test]
+fn a_run_tells_what_its_colliders_feel_and_where_they_are() {
+    let folder = folder();
+    let scene = SMALL_SCENE.replace("pins = [\"top_left\", \"top_right\"]", "");
+    let scene = write_scene(folder.path(), &(scene + COLLIDERS + KEYS));
+    let told = nappe_in(folder.path(), &["run", &scene, "--steps", "4", "--json"]).ok().json();
+
+    let weight = 1.44 * 9.81;
+    let off = (numbers(&told["loads"][0])[1] + weight).abs();
+    assert!(off < 1e-3 * weight, "{}", told["loads"]);
+    assert_eq!((&told["loads"][0]["name"], &told["loads"][1]["name"]), (&"floor".into(), &"lid".into()));
+    let expected = serde_json::json!([
+        { "name": "floor", "position": [0.0, -0.01, 0.0], "turn": [0.0, 0.0, 0.0, 1.0] },
+        { "name": "lid", "position": [0.0, 6.0, 0.0], "turn": [0.0, 1.0, 0.0, 0.0] },
+    ]);
+    assert_eq!(told["poses"], expected);
 }
