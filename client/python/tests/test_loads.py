@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
+from test_saving import trajectory
 
 import nappe
 from nappe import ColliderLoad, Diagnostics, v1
@@ -47,6 +51,23 @@ def test_a_load_is_a_value_under_the_name_of_its_collider() -> None:
     assert table["load_floor_contacts"].tolist() == [0, 7] and table["load_floor_contacts"].dtype == np.int64
     assert not any(name.startswith("load") for name in diagnostics_table([first]))
     assert not any(name.startswith("load") for name in diagnostics_array([told]).dtype.names or ())
+
+
+def test_an_archive_has_the_loads_of_each_frame(tmp_path: Path) -> None:
+    whole = trajectory()
+    empty = read(Diagnostics, v1.Diagnostics())
+    floor, lid = ColliderLoad("floor", (0, -2, 0), (0.5, 0, 0), 7), ColliderLoad("lid", (1, 0, 0), (0, 0, 3), 1)
+    told = replace(empty, loads=(floor, lid))
+    steps = (None, empty, *[told] * (len(whole) - 2))
+    with np.load(replace(whole, steps=steps).save(tmp_path / "run.npz")) as file:
+        assert file["load_names"].tolist() == ["floor", "lid"]
+        force, torque, contacts = file["load_force"], file["load_torque"], file["load_contacts"]
+        assert force.shape == torque.shape == (len(whole), 2, 3) and contacts.shape == (len(whole), 2)
+        assert not force[:2].any() and not torque[:2].any() and not contacts[:2].any()
+        assert (force[2:, 0] == floor.force).all() and (torque[2:, 1] == lid.torque).all()
+        assert (contacts[2:] == [7, 1]).all() and contacts.dtype == np.int64
+    with np.load(whole.save(tmp_path / "run.npz")) as file:
+        assert file["load_names"].shape == (0,) and file["load_force"].shape == (len(whole), 0, 3)
 
 
 def test_a_floor_feels_the_weight_of_what_lies_on_it(server: nappe.Server) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,21 @@ def test_a_page_has_the_poses_of_each_frame_and_the_point_about_which_a_mesh_tur
     told = [frame["poses"] for block in found["block"] for frame in block["frames"]]
     assert told[:2] == [None, [{"name": "cow", "position": [0.1, 0.0, 0.0], "turn": list(TURN)}]]
     assert [frame is not None for frame in told] == [bool(places[at]) for at in range(len(whole))]
+
+
+def test_an_archive_has_the_poses_of_each_frame(tmp_path: Path) -> None:
+    whole = trajectory()
+    box, lid = ((1.0, 2.0, 3.0), TURN), ((4.0, 5.0, 6.0), (0.0, 0.0, 0.0, 1.0))
+    places = tuple({"box": box} if at < 3 else {"lid": lid, "box": box} for at in range(len(whole)))
+    with np.load(replace(whole, poses=places).save(tmp_path / "run.npz")) as file:
+        assert file["pose_names"].tolist() == ["box", "lid"]
+        position, turn = file["pose_position"], file["pose_turn"]
+        assert (position.shape, turn.shape) == ((len(whole), 2, 3), (len(whole), 2, 4))
+        assert np.isnan(position[:3, 1]).all() and np.isnan(turn[:3, 1]).all()
+        assert (position[:, 0] == box[0]).all() and (turn[:, 0] == box[1]).all()
+        assert (position[3:, 1] == lid[0]).all() and (turn[3:, 1] == lid[1]).all()
+    with np.load(whole.save(tmp_path / "run.npz")) as file:
+        assert file["pose_names"].shape == (0,) and file["pose_turn"].shape == (len(whole), 0, 4)
 
 
 def test_frames_of_a_server_have_a_turning_box_where_it_is(server: nappe.Server) -> None:

@@ -47,6 +47,7 @@ def diagnostics_of(step: int) -> Diagnostics:
         max_stretch=1.25 if step % 2 else 0.0,
         solve=SolveReport("converged", 9, 1e-7),
         stages={"forces": 0.5},
+        loads=(),
         snow=None if step % 3 == 0 else snow,
         notices=Notices(1, 2, 3, 4, 5),
         cloth=None if step % 3 == 0 else cloth,

@@ -102,6 +102,27 @@ def _loads(entries: Sequence[Diagnostics | None]) -> dict[str, NDArray[Any]]:
     return table
 
 
+def loads_arrays(entries: Sequence[Diagnostics | None]) -> dict[str, NDArray[Any]]:
+    """What colliders felt, under the names that a saved file has; 0 in the first frame, which no step made.
+
+    `load_names` (colliders,), `load_force` (N) and `load_torque` (N m) (entries, colliders, 3), `load_contacts`
+    (entries, colliders).
+    """
+    of_entries = [() if entry is None else entry.loads for entry in entries]
+    names = [load.name for load in next((loads for loads in of_entries if loads), ())]
+    force, torque = (np.zeros((len(of_entries), len(names), 3)) for _ in range(2))
+    contacts = np.zeros((len(of_entries), len(names)), np.int64)
+    for row, loads in enumerate(of_entries):
+        for place, load in enumerate(loads):
+            force[row, place], torque[row, place], contacts[row, place] = load.force, load.torque, load.contacts
+    return {
+        "load_names": np.array(names, np.str_),
+        "load_force": force,
+        "load_torque": torque,
+        "load_contacts": contacts,
+    }
+
+
 def _filled(values: list[Any], absent: Any) -> list[Any]:
     return [absent if value is None else value for value in values]
 

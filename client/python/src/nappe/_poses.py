@@ -6,6 +6,11 @@ Enters: a frame of the wire, its first piece. Leaves: positions and turns by the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nappe._contract import Message
 from nappe._errors import Error
@@ -34,6 +39,20 @@ def read_poses(frame: Message) -> FramePoses:
             raise _broken(frame, pose.name, "has a turn that is not of length 1")
         poses[pose.name] = (pose.position, pose.turn)
     return poses
+
+
+def poses_arrays(frames: Sequence[FramePoses]) -> dict[str, NDArray[Any]]:
+    """Poses of several frames, under the names that a saved file has; nan where a frame has no pose of a collider.
+
+    `pose_names` (colliders,), `pose_position` (frames, colliders, 3) (m), `pose_turn` (frames, colliders, 4).
+    """
+    names = list(dict.fromkeys(name for poses in frames for name in poses))
+    position, turn = (np.full((len(frames), len(names), width), np.nan) for width in (3, 4))
+    for row, poses in enumerate(frames):
+        for place, name in enumerate(names):
+            if name in poses:
+                position[row, place], turn[row, place] = poses[name]
+    return {"pose_names": np.array(names, np.str_), "pose_position": position, "pose_turn": turn}
 
 
 def _broken(frame: Message, name: str, what: str) -> Error:

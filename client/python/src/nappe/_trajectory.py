@@ -16,9 +16,11 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from nappe._diagnostics import loads_arrays
 from nappe._errors import refused
 from nappe._html import Page, recording
 from nappe._ply import write_folder
+from nappe._poses import poses_arrays
 from nappe._stacked import StackedFrames
 
 _ENDINGS = ".npz (numpy), .html (a page), or no ending (a folder of PLY files)"
@@ -97,6 +99,8 @@ class Trajectory(StackedFrames):
             "time": self.time,
             "state_hash": np.array([value or "" for value in self.state_hash], "<U16"),
             "diagnostics": self.diagnostics,
+            **loads_arrays(self.steps),
+            **poses_arrays(self.poses or [{} for _ in range(len(self))]),
             "triangles": self.topology.triangles,
             "pins": self.topology.pins,
             "body_names": np.array([body.name for body in bodies], np.str_),
