@@ -2,9 +2,9 @@
 //
 // Enters: a scene, frames of it. Leaves: bounds, the camera's position and target (m).
 
-import { addExtent, hides } from './extent.ts';
+import { REACH, addExtent, hides, placed } from './extent.ts';
 import { Bounds, along, dot, minus } from './geometry.ts';
-import { type Frame, type Scene, type Vector, isPoints } from './scene.ts';
+import { type Frame, type Pose, type Scene, type Vector, isPoints } from './scene.ts';
 
 /** From the centre of the scene to the camera, over the radius of the scene. */
 const EYE: Vector = [0.68, 0.48, 1.28];
@@ -19,6 +19,14 @@ const FARTHEST = 12;
 /** Planes that bodies fall on have a unit normal with at least this height, and are at most so many radii below. */
 const LEVEL = 0.7;
 const DEEPEST = 4;
+
+/** Where everything is over time. */
+export interface Motion {
+  /** Of all bodies. */
+  bodies: Bounds;
+  /** Of the colliders that have poses. */
+  colliders: Bounds;
+}
 
 export interface Camera {
   eye: Vector;
@@ -68,10 +76,33 @@ export function motionBounds(first: Bounds, others: readonly Bounds[]): Bounds {
   return all;
 }
 
+/** A scene whose colliders are where they begin: at poses, if these are told. */
+export function begun(scene: Scene, poses: readonly Pose[]): Scene {
+  const colliders = scene.colliders.map((collider) => {
+    const pose = poses.find(({ name }) => name === collider.name);
+    return pose === undefined ? collider : { ...collider, shape: placed(collider.shape, pose) };
+  });
+  return { ...scene, colliders };
+}
+
+/** Bounds of colliders at some poses, as far as the picture holds them around the bodies. */
+export function poseBounds(scene: Scene, bodies: Bounds, poses: readonly Pose[]): Bounds {
+  const all = new Bounds();
+  for (const pose of poses) {
+    const collider = scene.colliders.find(({ name }) => name === pose.name);
+    if (collider === undefined) continue;
+    const own = new Bounds();
+    addExtent(placed(collider.shape, pose), own, bodies);
+    for (const corner of own.corners()) all.add(bodies.nearest(corner, REACH));
+  }
+  return all;
+}
+
 /** Bounds of the bodies and of what the picture should hold around them. */
-export function sceneBounds(scene: Scene, bodies: Bounds): Bounds {
+export function sceneBounds(scene: Scene, { bodies, colliders }: Motion): Bounds {
   const all = bodies.copy();
   for (const { shape } of scene.colliders) addExtent(shape, all, bodies);
+  for (const corner of colliders.corners()) all.add(corner);
   return all;
 }
 

@@ -1,10 +1,10 @@
 // What a collider fills, as coarsely as the camera needs: how far it reaches, and what it hides.
 
-import { Bounds, along, cross, dot, length, minus } from './geometry.ts';
-import type { ColliderShape, MeshShape, Vector } from './scene.ts';
+import { Bounds, along, cross, dot, length, minus, turned } from './geometry.ts';
+import type { ColliderShape, MeshShape, Pose, Vector } from './scene.ts';
 
 /** A solid adds to the bounds of the scene what lies within so many radii of the bodies. */
-const REACH = 3;
+export const REACH = 3;
 /** Balls along the axis of a round solid, to see whether it hides something. */
 const BALLS = 9;
 
@@ -14,6 +14,33 @@ export function meshShape(points: Float32Array<ArrayBuffer>, triangles: Uint32Ar
   for (const point of triangles) box.add(points.subarray(3 * point, 3 * point + 3));
   const corners = box.corners();
   return { kind: 'mesh', points, triangles, low: corners[0], high: corners[7], origin };
+}
+
+/** A shape at a pose; of a mesh only the box around it. */
+export function placed(shape: ColliderShape, { position, turn }: Pose): ColliderShape {
+  const way = (vector: Vector) => turned(turn, vector);
+  switch (shape.kind) {
+    case 'plane':
+      return { ...shape, point: position, normal: way(shape.normal) };
+    case 'half_pipe':
+      return { ...shape, point: position, axis: way(shape.axis), up: way(shape.up) };
+    case 'sphere':
+      return { ...shape, center: position };
+    case 'capsule':
+    case 'cylinder': {
+      const half = way(along([0, 0, 0], 0.5, minus(shape.end, shape.start)));
+      return { ...shape, start: minus(position, half), end: along(position, 1, half) };
+    }
+    case 'box':
+      return { ...shape, center: position, axis_x: way(shape.axis_x), axis_y: way(shape.axis_y) };
+    case 'mesh': {
+      const [box, all] = [new Bounds(), new Bounds()];
+      for (const corner of [shape.low, shape.high]) box.add(corner);
+      for (const corner of box.corners()) all.add(along(position, 1, way(minus(corner, shape.origin))));
+      const corners = all.corners();
+      return { ...shape, low: corners[0], high: corners[7], origin: position };
+    }
+  }
 }
 
 /** Grows the bounds of the scene by what a collider fills; endless ones have no bounds. */

@@ -1,6 +1,6 @@
 // Vectors and boxes, in doubles.
 
-import type { Vector } from './scene.ts';
+import type { Quaternion, Vector } from './scene.ts';
 
 /** `a + s b`. */
 export const along = (a: Vector, s: number, b: Vector): Vector => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
@@ -14,6 +14,13 @@ export const cross = (a: Vector, b: Vector): Vector =>
 export function unit(a: Vector): Vector | null {
   const size = length(a);
   return size > 0 && Number.isFinite(size) ? [a[0] / size, a[1] / size, a[2] / size] : null;
+}
+
+/** A vector that goes along with a turn of length 1. */
+export function turned([x, y, z, w]: Quaternion, v: Vector): Vector {
+  const axis: Vector = [x, y, z];
+  const across = along([0, 0, 0], 2, cross(axis, v));
+  return along(along(v, w, across), 1, cross(axis, across));
 }
 
 /** Two unit vectors that make a right-handed frame with the unit vector `normal`. */

@@ -3,11 +3,11 @@
 // Enters: frames of a stream, whose arrays are handed back. Leaves: pictures; which frames were drawn.
 
 import type { LiveFrame } from '../../../client/typescript/src/index.ts';
-import { bodyBounds, fallBounds, motionBounds } from './camera.ts';
+import { type Motion, begun, bodyBounds, fallBounds, motionBounds, poseBounds } from './camera.ts';
 import { element } from './dom.ts';
 import type { Bounds } from './geometry.ts';
 import { sceneOf } from './live_scene.ts';
-import type { Frame, Scene } from './scene.ts';
+import type { Frame, Scene, Vector } from './scene.ts';
 import { Stage } from './stage.ts';
 import { View } from './view.ts';
 import type { Picture } from './viewing.ts';
@@ -33,7 +33,7 @@ export class LivePicture {
   private unseen = 0;
   private requested = false;
   private first: Bounds | null = null;
-  private held: Bounds | null = null;
+  private held: Motion | null = null;
   private looked = 0;
 
   constructor(private readonly title: string, isCalm: boolean, private readonly events: PictureEvents) {
@@ -80,19 +80,30 @@ export class LivePicture {
     const scene = sceneOf(this.title, frame.topology);
     this.scene = scene;
     this.first = bodyBounds(scene, frameOf(frame));
-    this.held = fallBounds(scene, this.first);
+    const bodies = fallBounds(begun(scene, frame.poses), this.first);
+    this.held = { bodies, colliders: poseBounds(scene, bodies, frame.poses) };
     if (this.stage !== null) this.view = new View(this.stage, scene, frameOf(frame), this.held);
   }
 
-  /** Bodies that leave the picture make it larger, up to a bound. */
+  /** Bodies and colliders that leave the picture make it larger, up to a bound. */
   private hold(frame: LiveFrame): void {
     if (this.scene === null || this.first === null || this.held === null || this.view === null) return;
+    const { bodies: held, colliders } = this.held;
     const now = motionBounds(this.first, [bodyBounds(this.scene, frameOf(frame))]);
-    const held = this.held;
-    if (!now.corners().some((corner) => corner.every(Number.isFinite) && !held.holds(corner, BEYOND * held.radius()))) return;
-    this.held = motionBounds(held, [now]);
+    const moved = poseBounds(this.scene, held, frame.poses);
+    const leaves = (corners: readonly Vector[], bounds: Bounds) =>
+      corners.some((corner) => corner.every(Number.isFinite) && !bounds.holds(corner, BEYOND * held.radius()));
+    if (!leaves(now.corners(), held) && !leaves(moved.corners(), join(held, colliders))) return;
+    this.held = { bodies: motionBounds(held, [now]), colliders: join(colliders, moved) };
     this.view.refit(this.held);
   }
+}
+
+/** The box around two others. */
+function join(one: Bounds, other: Bounds): Bounds {
+  const all = one.copy();
+  for (const corner of other.corners()) all.add(corner);
+  return all;
 }
 
 /** As a view draws it. */

@@ -1,6 +1,6 @@
 // The page that replays a recording: what it is made of, and in which order it begins.
 
-import { bodyBounds, motionBounds } from './camera.ts';
+import { type Motion, bodyBounds, motionBounds, poseBounds } from './camera.ts';
 import { connect } from './controls.ts';
 import { element } from './dom.ts';
 import { describe, showFacts } from './facts.ts';
@@ -13,7 +13,7 @@ import { Player } from './player.ts';
 import { Plots } from './plots.ts';
 import { Recording, frameAt } from './recording.ts';
 import { csv, download, fileName } from './save.ts';
-import type { Frame } from './scene.ts';
+import type { Frame, Pose } from './scene.ts';
 import { Stage } from './stage.ts';
 import { Themes } from './theme.ts';
 import { View } from './view.ts';
@@ -126,7 +126,7 @@ async function run(recording: Recording, handles: Handles, themes: Themes): Prom
 }
 
 /** The picture of the first frame; null, and a message, if this browser draws none. */
-function draw(recording: Recording, first: Frame, bounds: Bounds, calm: boolean): Picture | null {
+function draw(recording: Recording, first: Frame, motion: Motion, calm: boolean): Picture | null {
   let stage: Stage;
   try {
     stage = new Stage(element<HTMLCanvasElement>('canvas'), element('stage'), !calm, (lost) =>
@@ -138,18 +138,23 @@ function draw(recording: Recording, first: Frame, bounds: Bounds, calm: boolean)
   }
   const { scene } = recording.head;
   // Frames may lack what the head says of their colours.
-  const view = new View(stage, first.scalar === null ? { ...scene, colorBy: null } : scene, first, bounds);
+  const view = new View(stage, first.scalar === null ? { ...scene, colorBy: null } : scene, first, motion);
   const particle = recording.end?.failure?.particle ?? null;
   if (particle !== null) view.markParticle(particle);
   return { stage, view };
 }
 
-/** Where bodies are in the whole recording, which the view from the start holds. */
-async function motion(recording: Recording): Promise<Bounds> {
+/** Where bodies and colliders are in the whole recording, which the view from the start holds. */
+async function motion(recording: Recording): Promise<Motion> {
   const { scene } = recording.head;
   const all: Bounds[] = [];
-  for await (const frame of recording.samples()) all.push(bodyBounds(scene, frame));
-  return motionBounds(bodyBounds(scene, await recording.frame(0)), all);
+  const poses: Pose[] = [];
+  for await (const frame of recording.samples()) {
+    all.push(bodyBounds(scene, frame));
+    poses.push(...frame.poses);
+  }
+  const bodies = motionBounds(bodyBounds(scene, await recording.frame(0)), all);
+  return { bodies, colliders: poseBounds(scene, bodies, poses) };
 }
 
 function source(recording: Recording) {

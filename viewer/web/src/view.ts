@@ -5,7 +5,7 @@
 // the step.
 
 import { BufferAttribute, DynamicDrawUsage } from 'three';
-import { type Camera, cameraOf, sceneBounds } from './camera.ts';
+import { type Camera, type Motion, begun, cameraOf, sceneBounds } from './camera.ts';
 import { Cloth } from './cloth.ts';
 import { Colliders } from './colliders.ts';
 import type { Legend } from './coloring.ts';
@@ -24,21 +24,24 @@ export class View {
   private readonly cloth: Cloth;
   private readonly snow: Snow;
   private colliders: Colliders;
+  /** The scene with its colliders as they are in the first frame. */
+  private readonly begun: Scene;
   /** Towards the camera, from the start. */
   private readonly toEye: Vector;
   private wireframe = false;
   /** Index of the body that the view follows, and where its middle was; null for none. */
   private followed: { body: number; middle: Vector } | null = null;
 
-  /** `bodies` are the bounds of all bodies in the whole recording. */
-  constructor(private readonly stage: Stage, private readonly scene: Scene, private shown: Frame, bodies: Bounds) {
-    const [x, y, z] = bodies.center();
+  /** `motion` says where everything is in the whole recording. */
+  constructor(private readonly stage: Stage, private readonly scene: Scene, private shown: Frame, motion: Motion) {
+    const [x, y, z] = motion.bodies.center();
     this.origin = [Math.round(x), Math.round(y), Math.round(z)];
     this.local = new BufferAttribute(new Float32Array(3 * scene.particleCount), 3).setUsage(DynamicDrawUsage);
     this.writePositions(shown);
 
-    const all = sceneBounds(scene, bodies);
-    const { eye, target } = cameraOf(scene, all, bodies);
+    this.begun = begun(scene, shown.poses);
+    const all = sceneBounds(this.begun, motion);
+    const { eye, target } = cameraOf(this.begun, all, motion.bodies);
     this.toEye = unit(minus(eye, target)) ?? [0, 1, 0];
     this.cloth = new Cloth(scene.bodies, this.local, this.toEye);
     this.snow = new Snow(scene, this.local);
@@ -53,9 +56,9 @@ export class View {
     this.show(shown);
   }
 
-  /** The picture holds more: bodies went beyond the bounds that were known. */
-  refit(bodies: Bounds): void {
-    const all = sceneBounds(this.scene, bodies);
+  /** The picture holds more: something went beyond the bounds that were known. */
+  refit(motion: Motion): void {
+    const all = sceneBounds(this.begun, motion);
     this.stage.remove(this.colliders.objects);
     this.colliders = new Colliders(this.scene.colliders, all, this.origin);
     this.colliders.update(this.shown);

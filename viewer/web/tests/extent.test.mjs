@@ -5,7 +5,8 @@ import { test } from 'node:test';
 import { load } from './bundle.mjs';
 import { ball } from './solids.mjs';
 
-const { addExtent, hides, meshShape } = await load('src/extent.ts');
+const { addExtent, hides, meshShape, placed } = await load('src/extent.ts');
+const { begun, poseBounds, sceneBounds } = await load('src/camera.ts');
 const { Bounds } = await load('src/geometry.ts');
 
 const CENTER = [0.8, 0.8, 1.3];
@@ -53,4 +54,45 @@ test('a mesh of a ball hides what the ball hides', () => {
     hidden += exact ? 1 : 0;
   }
   assert.ok(hidden > 100 && hidden < 1900, `${hidden}`);
+});
+
+/** A quarter turn about y, which takes x to -z. */
+const QUARTER = [0, Math.SQRT1_2, 0, Math.SQRT1_2];
+
+test('a shape at a pose is turned about its reference point', () => {
+  const pose = { name: 'it', position: [5, 6, 7], turn: QUARTER };
+  const near = (found, expected) => found.forEach((part, axis) => assert.ok(Math.abs(part - expected[axis]) < 1e-6, `${found}, not ${expected}`));
+  near(placed(sphere, pose).center, [5, 6, 7]);
+  const rod = placed({ kind: 'capsule', start: [0, 0, 0], end: [2, 0, 0], radius: 0.1 }, pose);
+  near(rod.start, [5, 6, 8]);
+  near(rod.end, [5, 6, 6]);
+  const box = placed({ kind: 'box', center: [0, 1, 0], half_extent: [0.4, 0.2, 0.1], axis_x: [0, 1, 0], axis_y: [-1, 0, 0] }, pose);
+  near(box.center, [5, 6, 7]);
+  near(box.axis_x, [0, 1, 0]);
+  near(box.axis_y, [0, 0, 1]);
+  near(placed({ kind: 'plane', point: [0, 0, 0], normal: [1, 0, 0] }, pose).normal, [0, 0, -1]);
+  const made = placed({ ...mesh(), origin: [0, 0, 0] }, pose);
+  // Its middle, (0.8, 0.8, 1.3) from the origin, comes to (1.3, 0.8, -0.8) from there.
+  near(made.low, [1.3, 0.8, -0.8].map((part, axis) => part - RADIUS + pose.position[axis]));
+  near(made.high, [1.3, 0.8, -0.8].map((part, axis) => part + RADIUS + pose.position[axis]));
+});
+
+test('the picture holds a collider all along its way, and not where it is written if it begins elsewhere', () => {
+  const around = bodies([0, 0, 0], 1);
+  const box = { kind: 'box', center: [50, 0, 0], half_extent: [0.1, 0.1, 0.1], axis_x: [1, 0, 0], axis_y: [0, 1, 0] };
+  const scene = { colliders: [{ name: 'it', velocity: [0, 0, 0], shape: box }] };
+  const at = (x) => ({ name: 'it', position: [x, 0, 0], turn: [0, 0, 0, 1] });
+  const still = new Bounds();
+  const ends = (motion, poses) => {
+    const all = sceneBounds(begun(scene, poses), { bodies: around, colliders: motion }).corners();
+    return [all[0][0], all[7][0]];
+  };
+  const half = Math.hypot(0.1, 0.1, 0.1);
+  assert.ok(ends(still, [])[1] > 3, 'written far away it is held as far as the picture goes');
+  assert.deepEqual(ends(still, [at(-0.5)]), [-1, 1], 'it begins among the bodies');
+  const [low, high] = ends(poseBounds(scene, around, [at(-0.5), at(2), at(-3), { ...at(9), name: 'another' }]), [at(-0.5)]);
+  assert.ok(Math.abs(high - 2 - half) < 1e-9 && Math.abs(low + 3 + half) < 1e-9, `${low} to ${high}`);
+  // One that goes far leaves the picture.
+  const far = ends(poseBounds(scene, around, [at(1e6)]), [at(0)])[1];
+  assert.ok(far < 3.1 * around.radius(), `${far}`);
 });
