@@ -1,4 +1,4 @@
-//! What colliders feel over a run: the force of the last step, the mean and the greatest of its size.
+//! What colliders feel over a run: the last force, the mean and the greatest of its size.
 //!
 //! Enters: loads, step by step. Leaves: forces (N).
 

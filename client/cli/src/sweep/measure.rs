@@ -1,4 +1,4 @@
-//! What `--measure` asks of a run: heights, centres, speeds and particles at its end, and forces on colliders.
+//! What `--measure` asks of a run: heights, centres, speeds, single particles, forces on colliders.
 //!
 //! Enters: a measure as it is typed, a simulation at its end, what colliders felt. Leaves: numbers, in m, m/s and N.
 
@@ -185,11 +185,11 @@ impl Measure {
     }
 }
 
-/// The name of a body, in parts, and what is measured of it; none of what is not measured.
-fn of_body<'a>(
-    text: &str,
-    parts: &'a [&'a str],
-) -> std::result::Result<Option<(&'a [&'a str], Quantity)>, String> {
+/// The name of a body or of a collider, in parts, and what is measured of it; none of what is not measured.
+type Asked<'a> = Option<(&'a [&'a str], Quantity)>;
+
+/// What is asked of a body.
+fn of_body<'a>(text: &str, parts: &'a [&'a str]) -> std::result::Result<Asked<'a>, String> {
     Ok(Some(match parts {
         [body @ .., "lowest"] => (body, Quantity::Lowest),
         [body @ .., "highest"] => (body, Quantity::Highest),
@@ -204,7 +204,7 @@ fn of_body<'a>(
 }
 
 /// The same of a collider.
-fn of_collider<'a>(parts: &'a [&'a str]) -> Option<(&'a [&'a str], Quantity)> {
+fn of_collider<'a>(parts: &'a [&'a str]) -> Asked<'a> {
     let [collider @ .., "force", which] = parts else { return None };
     let force = match *which {
         "mean" => Force::Mean,

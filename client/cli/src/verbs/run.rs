@@ -33,7 +33,8 @@ bound, bound_particle, bound_seconds, error_rms and error_largest of the last st
 dt_seconds, bound, plastic_count and the other diagnostics of the snow's last step), loads (name, force in N,
 torque in N m and contacts of each collider in the last step), poses (name, position in m and turn of each
 collider at the end, the turn a quaternion x, y, z, w), notices (counts of what makes the results doubtful),
-diverged (null, or step, particle, cause), and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
+diverged (null, or step, particle, cause), and interrupted, particles, springs, threads, precision, dt, frames,
+saved.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,

@@ -67,8 +67,7 @@ impl ChangeRules {
         let over_ranks = ranks.is_some();
         let reaches = colliders.iter().map(|collider| collider.shape.reach()).collect();
         let colliders = colliders.iter().map(|collider| collider.name.clone()).collect();
-        let mut rules =
-            Self { particle_count: 0, pinned, cloths, snows, colliders, reaches, dt, over_ranks };
+        let mut rules = Self { particle_count: 0, pinned, cloths, snows, colliders, reaches, dt, over_ranks };
         for body in bodies {
             let first = body.first_particle();
             let own = 0..body.particle_count() as u32;
