@@ -99,10 +99,15 @@ impl Collider {
     }
 
     /// The first key of its way that its surface reaches faster than 1e4 m/s where particles within bounds (m) can meet it,
-    /// and that speed (m/s): the speed of the reference point, and that of the turn as far from it as the shape reaches, but no
-    /// farther than the corners of those bounds.
+    /// and that speed (m/s): the speed of the reference point, and that of the turn as far from it as the shape and its margin
+    /// reach, but no farther than the corners of those bounds.
     pub fn too_fast(&self, particles: Bounds) -> Option<(usize, f64)> {
-        self.way.as_ref()?.too_fast(self.shape.reach(), particles)
+        self.way.as_ref()?.too_fast(self.reach(), particles)
+    }
+
+    /// How far (m) from its reference point it may meet a particle; infinite of a shape without end.
+    pub(crate) fn reach(&self) -> f64 {
+        self.shape.reach() + self.margin
     }
 
     /// Says what is wrong with the collider's numbers, if anything.

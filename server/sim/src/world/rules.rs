@@ -30,7 +30,7 @@ pub struct ChangeRules {
     snows: Vec<(String, usize)>,
     /// Names of the colliders.
     colliders: Vec<String>,
-    /// How far (m) each of them reaches from its reference point.
+    /// How far (m) from its reference point each of them may meet a particle.
     reaches: Vec<f64>,
     /// Time step of the world (s).
     dt: f64,
@@ -65,7 +65,7 @@ impl ChangeRules {
     ) -> Self {
         let (pinned, cloths, snows) = (Vec::new(), Vec::new(), Vec::new());
         let over_ranks = ranks.is_some();
-        let reaches = colliders.iter().map(|collider| collider.shape.reach()).collect();
+        let reaches = colliders.iter().map(Collider::reach).collect();
         let colliders = colliders.iter().map(|collider| collider.name.clone()).collect();
         let mut rules = Self { particle_count: 0, pinned, cloths, snows, colliders, reaches, dt, over_ranks };
         for body in bodies {

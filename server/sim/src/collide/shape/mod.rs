@@ -64,7 +64,7 @@ macro_rules! shapes {
             }
 
             /// How far (m) the farthest point of its surface is from its reference point; infinite where it has no end.
-            pub(crate) fn reach(&self) -> f64 {
+            pub(super) fn reach(&self) -> f64 {
                 match self {
                     $(Self::$name(shape) => shape.reach(),)*
                 }
