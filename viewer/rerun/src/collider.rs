@@ -20,6 +20,8 @@ const WORLD: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 /// How a collider is drawn.
 pub(crate) struct ColliderView {
     path: String,
+    /// The last part of the path.
+    entity: String,
     name: String,
     outline: Outline,
     /// Its reference point at time 0 (m).
@@ -40,14 +42,26 @@ struct Place {
 impl ColliderView {
     /// Collider number `index` of a session; none if its shape is newer than this viewer.
     pub(crate) fn new(collider: &Collider, index: usize) -> Option<Self> {
+        let entity = entity_name(&collider.name, index);
         Some(Self {
-            path: format!("world/colliders/{}", entity_name(&collider.name, index)),
+            path: format!("world/colliders/{entity}"),
+            entity,
             name: collider.name.clone(),
             outline: Outline::of(collider.shape.as_ref()?),
             reference: collider.reference()?,
             velocity: collider.velocity,
             logged: None,
         })
+    }
+
+    /// Its name in the scene.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The last part of the paths of what is drawn of it.
+    pub(crate) fn entity(&self) -> &str {
+        &self.entity
     }
 
     /// What it fills.
@@ -92,6 +106,25 @@ impl ColliderView {
         stream.log(&*self.path, &transform).map_err(refused(&self.path))
     }
 
+    /// Where an arrow along a unit vector that points at the reference point meets the collider in a frame (m): a little
+    /// before it where the solid is round at its ends or lies slantwise. At the reference point if the collider is endless.
+    pub(crate) fn pushed_at(&self, frame: &Frame, direction: [f64; 3]) -> [f64; 3] {
+        let (at, own) = match frame.pose(&self.name) {
+            Some(pose) => {
+                let [x, y, z, w] = pose.turn;
+                let back = ColliderPose { turn: [-x, -y, -z, w], ..pose.clone() };
+                (pose.position, back.turned(direction))
+            }
+            None => {
+                let moved = |axis: usize| self.reference[axis] + frame.time * self.velocity[axis];
+                ([0, 1, 2].map(moved), direction)
+            }
+        };
+        let against = narrow(own).map(|component| -component);
+        let reach = f64::from(self.outline.extent.reach(narrow(self.reference), against));
+        [0, 1, 2].map(|axis| at[axis] - reach * direction[axis])
+    }
+
     fn origin(&self) -> [f32; 3] {
         narrow(self.outline.origin)
     }
@@ -114,7 +147,7 @@ impl ColliderView {
 #[cfg(test)]
 mod tests {
     use nappe_client::{
-        Shape,
+        Shape, Vectors,
         v1::{BoxShape, CapsuleShape, Vector3},
     };
 
@@ -153,6 +186,38 @@ mod tests {
         assert_near(view.place(Some(&quarter()), 2.0), [5.0, 6.0, 7.0], turned);
         let still = view.place(None, 2.0);
         assert_eq!((still.origin, still.axes), ([3.0, 2.0, 3.0], view.outline.axes));
+    }
+
+    #[test]
+    fn an_arrow_ends_where_a_turned_box_begins() {
+        let (center, half_extent) = (Some(vector([1.0, 2.0, 3.0])), Some(vector([0.1, 0.2, 0.4])));
+        let (axis_x, axis_y) = (Some(vector([1.0, 0.0, 0.0])), Some(vector([0.0, 1.0, 0.0])));
+        let view = view(Shape::Box(BoxShape { center, half_extent, axis_x, axis_y }));
+        let frame = |poses| Frame {
+            frame: 0,
+            step: 0,
+            time: 2.0,
+            state_hash: None,
+            positions: Vectors::F32(Vec::new()),
+            velocities: None,
+            plastic_ratios: None,
+            stress_norms: None,
+            grid: None,
+            dropped_count: 0,
+            diagnostics: None,
+            poses,
+        };
+        // Its z, along which it is longest, points along x.
+        let turned = frame(vec![quarter()]);
+        for (frame, direction, expected) in [
+            (&turned, [1.0, 0.0, 0.0], [4.6, 6.0, 7.0]),
+            (&turned, [0.0, -1.0, 0.0], [5.0, 6.2, 7.0]),
+            (&turned, [0.0, 0.0, -1.0], [5.0, 6.0, 7.1]),
+            (&frame(Vec::new()), [1.0, 0.0, 0.0], [2.9, 2.0, 3.0]),
+        ] {
+            let tip = view.pushed_at(frame, direction);
+            assert!(tip.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{tip:?}, not {expected:?}");
+        }
     }
 
     #[test]

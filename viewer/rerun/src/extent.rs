@@ -52,6 +52,22 @@ impl Extent {
         }
     }
 
+    /// How far it reaches from a point along a unit vector (m), at time 0; not below 0. Endless shapes: 0.
+    pub(crate) fn reach(&self, from: [f32; 3], direction: [f32; 3]) -> f32 {
+        let ahead = |point: [f32; 3]| dot(minus(point, from), direction);
+        let reach = match *self {
+            Self::Ball { center, radius } => ahead(center) + radius,
+            Self::Rod { start, end, radius } => ahead(start).max(ahead(end)) + radius,
+            Self::Box { center, half, axes } => {
+                let along_axes = axes.map(|axis| dot(axis, direction).abs());
+                ahead(center) + dot(half, along_axes)
+            }
+            Self::Ellipsoid(held) => held.corners().map(ahead).into_iter().fold(0.0, f32::max),
+            Self::Endless => 0.0,
+        };
+        reach.max(0.0)
+    }
+
     /// Whether it stands between the eye and a point that is not in it. Endless shapes hide nothing: they are
     /// drawn only where the eye is on their free side.
     pub(crate) fn hides(&self, eye: [f32; 3], at: [f32; 3]) -> bool {

@@ -1,4 +1,4 @@
-//! Frames to Rerun: meshes, snow, pins, colliders, the snow's grid, time series, a layout.
+//! Frames to Rerun: meshes, snow, pins, colliders, forces on them, the snow's grid, time series, a layout.
 //!
 //! Enters: topology and frames of the client library. Leaves: a recording file (.rrd) or a Rerun viewer that
 //! shows them. The only crate that names the Rerun SDK. Colour, camera, mesh normals: all that belongs to the
@@ -24,6 +24,7 @@ mod facets;
 mod extent;
 mod outline;
 mod collider;
+mod arrows;
 mod camera;
 mod layout;
 mod recorder;

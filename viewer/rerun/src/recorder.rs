@@ -14,6 +14,7 @@ use std::{
 use nappe_client::{Frame, Topology, v1};
 
 use crate::{
+    arrows::ForceArrows,
     body::BodyView,
     camera::Camera,
     collider::ColliderView,
@@ -76,6 +77,8 @@ struct SceneView {
     colliders: Vec<ColliderView>,
     grid: GridView,
     bound: BoundLog,
+    /// Waits for the first frame, too.
+    arrows: Option<ForceArrows>,
     /// The camera, the shapes of planes and the layout wait for the first frame, which tells how large the scene is;
     /// if snow shows only later, the layout is sent again.
     layout: Option<SentLayout>,
@@ -136,6 +139,7 @@ impl Recorder {
                 .collect(),
             grid: GridView::default(),
             bound: BoundLog::default(),
+            arrows: None,
             layout: None,
         };
         for body in &scene.bodies {
@@ -192,6 +196,9 @@ impl Recorder {
         for collider in &mut scene.colliders {
             collider.log(&self.stream, frame)?;
         }
+        if let Some(arrows) = &mut scene.arrows {
+            arrows.log(&self.stream, &scene.colliders, frame)?;
+        }
         if let Some(grid) = &frame.grid {
             scene.grid.log(&self.stream, grid)?;
         }
@@ -234,7 +241,7 @@ impl SceneView {
         self.bodies.iter().any(BodyView::is_points)
     }
 
-    /// Logs, once, what depends on the size of the scene: points, colliders and the layout with its camera. The
+    /// Logs, once, what depends on the size of the scene: points, colliders, arrows and the layout with its camera. The
     /// layout comes again when snow shows for the first time.
     fn log_static(
         &mut self,
@@ -265,6 +272,9 @@ impl SceneView {
         for collider in &self.colliders {
             collider.describe(stream, &bounds, camera.eye)?;
         }
+        let arrows = ForceArrows::new(&self.colliders, bounds.radius());
+        arrows.describe(stream)?;
+        self.arrows = Some(arrows);
         if kinds.has_cloth {
             plots::describe(stream, &CLOTH)?;
         }

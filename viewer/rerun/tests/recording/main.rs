@@ -5,3 +5,4 @@ mod recorded;
 mod cloth;
 mod snow;
 mod poses;
+mod forces;

@@ -27,7 +27,7 @@ fn scene() -> Topology {
     Topology { id: 1, particle_count: 1, bodies: vec![body], colliders: vec![solid] }
 }
 
-fn frame(number: u64, poses: Vec<ColliderPose>) -> Frame {
+pub(crate) fn frame(number: u64, poses: Vec<ColliderPose>) -> Frame {
     Frame {
         frame: number,
         step: number,
@@ -49,13 +49,13 @@ fn angle(number: u64) -> f64 {
     number as f64 / 20.0 * std::f64::consts::FRAC_PI_2
 }
 
-fn pose(number: u64) -> ColliderPose {
+pub(crate) fn pose(number: u64) -> ColliderPose {
     let (sine, cosine) = (0.5 * angle(number)).sin_cos();
     let position = [0.1 * number as f64, -1.0, 0.0];
     ColliderPose { name: "box".to_owned(), position, turn: [0.0, sine, 0.0, cosine] }
 }
 
-fn record(test: &str, frames: impl IntoIterator<Item = Frame>) -> Recorded {
+pub(crate) fn record(test: &str, frames: impl IntoIterator<Item = Frame>) -> Recorded {
     let path = file(test);
     let mut recorder = Recorder::open("poses", Sink::Save(path.clone()), ColorBy::default()).expect("opens");
     recorder.topology(&scene()).expect("records");

@@ -23,6 +23,10 @@ pub(crate) struct Recorded {
     /// Where entities are, row by row (m), and where their own axes point, one after the other.
     pub(crate) translations: BTreeMap<String, Vec<[f32; 3]>>,
     pub(crate) axes: BTreeMap<String, Vec<[f32; 9]>>,
+    /// Arrows, row by row: where they point and begin (m), and what is said of them.
+    pub(crate) vectors: BTreeMap<String, Vec<Vec<[f32; 3]>>>,
+    pub(crate) origins: BTreeMap<String, Vec<Vec<[f32; 3]>>>,
+    pub(crate) labels: BTreeMap<String, Vec<Vec<String>>>,
     pub(crate) blueprint_entities: Vec<String>,
     pub(crate) has_active_blueprint: bool,
 }
@@ -60,6 +64,19 @@ impl Recorded {
                 "Transform3D:mat3x3" => {
                     let rows = chunk.iter_slices::<[f32; 9]>(component).flatten().copied();
                     self.axes.entry(entity.clone()).or_default().extend(rows);
+                }
+                "Arrows3D:vectors" => {
+                    let rows = chunk.iter_slices::<[f32; 3]>(component).map(<[_]>::to_vec);
+                    self.vectors.entry(entity.clone()).or_default().extend(rows);
+                }
+                "Arrows3D:origins" => {
+                    let rows = chunk.iter_slices::<[f32; 3]>(component).map(<[_]>::to_vec);
+                    self.origins.entry(entity.clone()).or_default().extend(rows);
+                }
+                "Arrows3D:labels" => {
+                    let rows = chunk.iter_slices::<String>(component);
+                    let rows = rows.map(|row| row.iter().map(ToString::to_string).collect::<Vec<_>>());
+                    self.labels.entry(entity.clone()).or_default().extend(rows);
                 }
                 _ => {}
             }
