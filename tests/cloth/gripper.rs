@@ -14,7 +14,8 @@ use nappe_sim::{
 use nappe_tests::{
     Method, Scene,
     meshes::{Surface, box12},
-    networks::{sheet, sheet_rules},
+    networks::{particles, sheet, sheet_rules},
+    ranks::on_ranks,
     scene::{advance, cross, difference, momenta, norm, positions},
     threads::with_threads,
 };
@@ -145,9 +146,13 @@ fn carry(simulation: &mut Simulation, stations: &[(u64, [f64; 3], f64, f64)]) {
 /// Lets the upper finger close on the sheet.
 fn closed(scene: &Scene) -> Simulation {
     let mut simulation = scene.simulate(Precision::F64);
-    send(&mut simulation, &[(NAMES[1], vec![key(CLOSING, above(ARM), None)])]);
-    advance(&mut simulation, CLOSING);
+    close(&mut simulation);
     simulation
+}
+
+fn close(simulation: &mut Simulation) {
+    send(simulation, &[(NAMES[1], vec![key(CLOSING, above(ARM), None)])]);
+    advance(simulation, CLOSING);
 }
 
 fn lift(simulation: &mut Simulation) {
@@ -259,6 +264,29 @@ fn a_gripper_closes_on_a_sheet_lifts_it_turns_it_and_lets_it_go() {
 }
 
 #[test]
+fn each_finger_feels_half_of_a_particle_that_they_hold() {
+    for integrator in [Integrator::ImplicitEuler, Integrator::SymplecticEuler] {
+        let mut scene = scene(integrator, 0.3, Made::ByFormula);
+        scene.network = particles(&[[MIDDLE[0], 0.0, MIDDLE[2]]], 0.2);
+        let mut simulation = closed(&scene);
+        lift(&mut simulation);
+        // In the first it is brought to the speed of the fingers.
+        advance(&mut simulation, 1);
+        let half = 0.5 * 0.2 * GRAVITY;
+        for step in 2..=LIFTING {
+            let loads = advance(&mut simulation, 1).loads;
+            for load in FINGERS.map(|finger| loads[finger]) {
+                let off = norm(difference(load.force, [0.0, -half, 0.0]));
+                assert!(off < 1e-9 * half && load.contacts == 1, "{integrator:?}, step {step}: {load:?}");
+                // It is above and below the middles of the fingers.
+                assert!(norm(load.torque) < 1e-9 * half, "{integrator:?}, step {step}: {load:?}");
+            }
+            assert_eq!(loads[0].contacts, 0, "{integrator:?}, step {step}: the floor");
+        }
+    }
+}
+
+#[test]
 fn a_gripper_without_friction_loses_the_sheet() {
     let scene = scene(Integrator::ImplicitEuler, 0.0, Made::ByFormula);
     let held = between(&scene);
@@ -291,5 +319,31 @@ fn what_a_gripper_holds_has_the_same_bits_for_1_to_4_threads() {
         for threads in 2..=4 {
             assert_eq!(hash(threads), alone, "{threads} threads, fingers {made:?}");
         }
+    }
+}
+
+#[test]
+fn what_a_gripper_holds_has_the_same_bits_over_1_to_3_ranks() {
+    let scene = scene(Integrator::ImplicitEuler, 0.3, Made::ByFormula);
+    let setup = scene.setup();
+    let lifted = |simulation: &mut Simulation| {
+        close(simulation);
+        lift(simulation);
+        let loads = advance(simulation, 50).loads.to_vec();
+        let held = FINGERS.map(|finger| loads[finger].contacts);
+        assert!(held.iter().all(|contacts| *contacts >= (HELD_COLUMNS * SIDE) as u64), "{loads:?}");
+        let (mut whole, _) = Simulation::new(&setup, Precision::F64).expect("the scene is accepted");
+        whole.put(&simulation.take());
+        (loads, whole.state_hash())
+    };
+    let alone = lifted(&mut scene.simulate(Precision::F64));
+    for size in 1..=3 {
+        let over = on_ranks(size, 1, |ranks| {
+            let (mut simulation, _) =
+                Simulation::over(&setup, Precision::F64, ranks).expect("the scene is accepted");
+            lifted(&mut simulation)
+        });
+        assert!(over.iter().all(|((loads, _), _)| *loads == alone.0), "{size} ranks: loads");
+        assert_eq!(over[0].0.1, alone.1, "{size} ranks");
     }
 }

@@ -1,7 +1,7 @@
 //! Loads of colliders: what they feel is minus the change that contact makes of the cloth's momentum.
 
 use nappe_sim::{
-    cloth::{Hessian, Integrator},
+    cloth::{Hessian, Integrator, Spring},
     collide::{
         Collider, Contact, Pose, PoseKey, Shape, StartInside, Way,
         shape::{Cuboid, Plane, Sphere},
@@ -15,7 +15,7 @@ use nappe_tests::{
     Method, Scene,
     networks::{scatter, sheet, sheet_rules},
     ranks::on_ranks,
-    scene::{advance, cross, difference, norm, positions},
+    scene::{advance, cross, difference, norm, positions, velocities},
     threads::with_threads,
 };
 
@@ -109,9 +109,19 @@ fn what_hops_weighs_the_same_on_average() {
         let weight = mass(&scene) * GRAVITY;
         let mut simulation = scene.simulate(Precision::F64);
         let count = 5000;
-        let sum: f64 = (0..count).map(|_| only(&advance(&mut simulation, 1)).force[1]).sum();
-        let mean = sum / f64::from(count);
+        let (mut mean, mut turning) = (0.0, [0.0; 3]);
+        for _ in 0..count {
+            let load = only(&advance(&mut simulation, 1));
+            mean += load.force[1] / f64::from(count);
+            turning = [0, 1, 2].map(|c| turning[c] + load.torque[c] / f64::from(count));
+        }
         assert!((mean / weight + 1.0).abs() < 1e-3, "{}: {mean} N, not {weight} N", method.name());
+        let x = positions(&simulation);
+        let center = [0, 1, 2].map(|c| x.iter().map(|x| x[c]).sum::<f64>() / x.len() as f64);
+        let torque = cross(difference(center, AT), [0.0, -weight, 0.0]);
+        // The particles are up to 0.25 m from the reference point.
+        let off = norm(difference(turning, torque)) / weight;
+        assert!(off < 2.5e-4, "{}: {turning:?} N m, not {torque:?}", method.name());
     }
 }
 
@@ -153,17 +163,43 @@ fn thrown(side: usize, method: Method) -> Scene {
     scene
 }
 
-/// Takes steps, over each of which gravity and loads must make the change of the momentum; gives contacts of each collider, and
-/// rejected sub-steps.
+/// The force (N) that springs to pins and the medium give to all free particles together, in a state.
+fn from_outside(Scene { network, wind, .. }: &Scene, simulation: &Simulation) -> [f64; 3] {
+    let (x, v) = (positions(simulation), velocities(simulation));
+    let is_pin = |particle: u32| network.pins.contains(&particle);
+    let mut sum = [0.0; 3];
+    for v in (0_u32..).zip(&v).filter(|(particle, _)| !is_pin(*particle)).map(|(_, v)| v) {
+        sum = [0, 1, 2].map(|c| sum[c] + network.drag * (wind[c] - v[c]));
+    }
+    for Spring { particles: [i, j], rest_length, law, .. } in &network.springs {
+        let (free, pin) = match [*i, *j].map(is_pin) {
+            [false, true] => (*i as usize, *j as usize),
+            [true, false] => (*j as usize, *i as usize),
+            _ => continue,
+        };
+        let (out, apart) = (difference(x[free], x[pin]), difference(v[free], v[pin]));
+        let length = norm(out);
+        let rate = [0, 1, 2].map(|c| apart[c] * out[c]).iter().sum::<f64>() / length;
+        let pull = law.stiffness * (length - rest_length) + law.damping * rate;
+        sum = [0, 1, 2].map(|c| sum[c] - pull * out[c] / length);
+    }
+    sum
+}
+
+/// Takes steps, over each of which gravity, loads, and what pins and the medium give at its start must make the change of the
+/// momentum; gives contacts of each collider, and rejected sub-steps.
 fn conserves(scene: &Scene, steps: u32, label: &str) -> (Vec<u64>, usize) {
     let mut simulation = scene.simulate(Precision::F64);
-    let (mut before, mass) = (simulation.diagnose().momentum, mass(scene));
+    let pinned: f64 = scene.network.pins.iter().map(|pin| scene.network.masses[*pin as usize]).sum();
+    let (mut before, mass) = (simulation.diagnose().momentum, mass(scene) - pinned);
     let (mut contacts, mut rejected) = (vec![0; scene.colliders.len()], 0);
     for step in 0..steps {
+        let outside = from_outside(scene, &simulation);
         let report = advance(&mut simulation, 1);
         let after = report.diagnostics.momentum;
         let felt = [0, 1, 2].map(|c| report.loads.iter().map(|load| load.force[c]).sum::<f64>());
-        let expected = [0, 1, 2].map(|c| before[c] + (mass * scene.gravity[c] - felt[c]) * scene.dt);
+        let force = [0, 1, 2].map(|c| mass * scene.gravity[c] + outside[c] - felt[c]);
+        let expected = [0, 1, 2].map(|c| before[c] + force[c] * scene.dt);
         let off = norm(difference(after, expected)) / (mass * GRAVITY * scene.dt);
         assert!(off < 1e-10, "{label}, step {step}: off by {off:e} of m g dt");
         before = after;
@@ -179,6 +215,19 @@ fn gravity_and_loads_are_all_that_changes_the_momentum() {
         let (contacts, _) = conserves(&thrown(8, method), 200, &method.name());
         assert!(contacts.iter().all(|contacts| *contacts > 5), "{}: {contacts:?}", method.name());
     }
+}
+
+#[test]
+fn what_pins_and_the_medium_give_is_no_load() {
+    // Its forces are those of the state that a step begins with.
+    let mut scene = thrown(8, Method::new(Integrator::SymplecticEuler, Hessian::Absolute));
+    scene.network.pins = vec![0, 7];
+    for pin in [0, 7] {
+        scene.network.v[pin] = [0.0; 3];
+    }
+    (scene.network.drag, scene.wind) = (0.02, [2.0, 0.5, -1.0]);
+    let (contacts, _) = conserves(&scene, 200, "pinned, in the wind");
+    assert!(contacts.iter().all(|contacts| *contacts > 5), "{contacts:?}");
 }
 
 #[test]

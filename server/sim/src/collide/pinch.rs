@@ -271,6 +271,21 @@ mod tests {
     }
 
     #[test]
+    fn surfaces_hold_from_120_degrees_between_their_normals_on() {
+        for (degrees, holds) in [(119.0_f64, false), (121.0, true), (180.0, true)] {
+            let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
+            let planes = [1.0, -1.0].map(|side: f64| {
+                let normal = [side * sin, cos, 0.0];
+                let point = normal.map(|c| -0.5 * MARGIN * c);
+                let pose = Pose { position: point, turn: Pose::NO_TURN };
+                let keys = TIMES.map(|time| PoseKey { time, pose }).to_vec();
+                collider(Shape::Plane(Plane { point, normal }), Some(Way { keys }))
+            });
+            assert_eq!(held(&planes, [0.0; 3], [0.0; 3]).is_some(), holds, "{degrees} degrees");
+        }
+    }
+
+    #[test]
     fn fingers_that_leave_a_table_hold_before_it() {
         let plane = Plane { point: [0.0, -0.75 * MARGIN, 0.0], normal: [0.0, 1.0, 0.0] };
         let table = collider(Shape::Plane(plane), None);
