@@ -122,3 +122,34 @@ fn meets_ball(from: [f32; 3], to: [f32; 3], center: [f32; 3], radius: f32) -> bo
     let nearest = along(from, share, step);
     length(minus(center, nearest)) < radius && length(minus(center, to)) > radius
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_reaches_as_far_as_its_surface_along_a_direction_and_never_backwards() {
+        let (x, back, y) = ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let mut held = Bounds::empty();
+        held.add([-1.0, 2.0, 0.0]);
+        held.add([3.0, 4.0, 1.0]);
+        let ball = Extent::Ball { center: [1.0, 0.0, 0.0], radius: 0.5 };
+        let rod = Extent::Rod { start: [-1.0, 0.0, 0.0], end: [2.0, 0.0, 0.0], radius: 0.25 };
+        let solid = Extent::Box { center: [0.0; 3], half: [0.5, 2.0, 1.0], axes: [y, back, [0.0, 0.0, 1.0]] };
+        for (extent, direction, expected) in [
+            (ball, x, 1.5),
+            (ball, back, 0.0),
+            (rod, x, 2.25),
+            (rod, back, 1.25),
+            (rod, y, 0.25),
+            (solid, x, 2.0),
+            (solid, y, 0.5),
+            (Extent::Ellipsoid(held), x, 3.0),
+            (Extent::Ellipsoid(held), [0.0, -1.0, 0.0], 0.0),
+            (Extent::Endless, y, 0.0),
+        ] {
+            let reach = extent.reach([0.0; 3], direction);
+            assert!((reach - expected).abs() < 1e-6, "{extent:?} along {direction:?}: {reach}, not {expected}");
+        }
+    }
+}
