@@ -30,6 +30,7 @@ ARGUMENTS = {
     "controller": [],
     "plastic_histogram": [],
     "export": [],
+    "gripper": [],
     "gym_env": ["--episodes", "2"],
 }
 

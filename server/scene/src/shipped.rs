@@ -8,6 +8,7 @@ pub fn shipped_scenes() -> &'static [(&'static str, &'static str)] {
         ("flag", include_str!("../../scenes/flag.toml")),
         ("cloth_over_sphere", include_str!("../../scenes/cloth_over_sphere.toml")),
         ("cloth_on_torus", include_str!("../../scenes/cloth_on_torus.toml")),
+        ("gripper", include_str!("../../scenes/gripper.toml")),
         ("drap10", include_str!("../../scenes/drap10.toml")),
         ("drap70", include_str!("../../scenes/drap70.toml")),
         ("snowball_wall", include_str!("../../scenes/snowball_wall.toml")),
@@ -15,6 +16,7 @@ pub fn shipped_scenes() -> &'static [(&'static str, &'static str)] {
         ("block_on_incline", include_str!("../../scenes/block_on_incline.toml")),
         ("rolling_snowball", include_str!("../../scenes/rolling_snowball.toml")),
         ("sphere_in_bed", include_str!("../../scenes/sphere_in_bed.toml")),
+        ("plough", include_str!("../../scenes/plough.toml")),
         ("brasseur", include_str!("../../scenes/brasseur.toml")),
         ("snow_and_cloth", include_str!("../../scenes/snow_and_cloth.toml")),
     ]
