@@ -25,6 +25,7 @@ VIEWS = {
     "flag": (3.0, 2),
     "cloth_over_sphere": (2.0, 3),
     "cloth_on_torus": (1.2, 3),
+    "gripper": (0.9, 2),
     "drap10": (1.0, 1),
     "drap70": (0.6, 1),
     "snowball_wall": (0.2, 5),
@@ -32,6 +33,7 @@ VIEWS = {
     "block_on_incline": (0.8, 1),
     "rolling_snowball": (0.9, 1),
     "sphere_in_bed": (0.8, 1),
+    "plough": (1.2, 1),
     "brasseur": (0.75, 1),
     "snow_and_cloth": (0.85, 1),
 }

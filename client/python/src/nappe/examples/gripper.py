@@ -2,8 +2,8 @@
 
     python -m nappe.examples.gripper --speed 0.5 --carry 0.25
 
-Each step is one call, which carries the poses of both fingers and answers with the loads on all colliders. Calls replace
-the keys that the scene has for the fingers. Prints what the loads told, and when.
+Each call takes some steps: it carries the poses of both fingers, and answers with the loads on all colliders. Calls
+replace the keys that the scene has for the fingers. Prints what the loads told, and when.
 """
 
 from __future__ import annotations
@@ -20,8 +20,14 @@ from nappe.examples import _server
 FINGERS = ("lower", "upper")
 """Names of the fingers in the scene. The upper one closes."""
 
+STEPS = 8
+"""Steps of the scene in a call. They are short: 8 are 4 ms."""
+
 MEAN_OF = 25
-"""Steps over which loads are averaged: a cloth that swings pulls more and less than its weight."""
+"""Calls over which loads are averaged: a cloth that swings pulls more and less than its weight."""
+
+PRESS = 0.002
+"""How far the upper finger goes on where it feels the sheet (m)."""
 
 PATIENCE = 2.0
 """Simulated time (s) in which each part of the task must be done."""
@@ -37,6 +43,7 @@ class Gripper:
         found = {pose.name: np.array(pose.position) for pose in session.parameters.collider_poses}
         lower, upper = (found[name] for name in FINGERS)
         self.session = session
+        self.seconds = STEPS * session.dt_seconds
         self.middle: NDArray[np.float64] = (lower + upper) / 2
         self.arm = float(upper[1] - lower[1]) / 2
         self.angle = 0.0
@@ -50,17 +57,16 @@ class Gripper:
         lower, upper = FINGERS
         changes: nappe.Changes = {
             "colliders": {lower: (self.middle - out, turn), upper: (self.middle + out, turn)},
-            "duration": self.session.dt_seconds,
+            "duration": self.seconds,
         }
-        frame = self.session.step(changes=changes, frame=True)
+        frame = self.session.step(STEPS, changes=changes, frame=True)
         self.carried.append(-sum(frame.loads[name].force[1] for name in FINGERS))
         return frame
 
     def until(self, what: str, done: Callable[[nappe.Frame], bool], move: Callable[[float], None]) -> nappe.Frame:
-        """Moves by `move`, which gets the seconds of a step, until `done` says so of a frame. Prints what was done."""
-        dt = self.session.dt_seconds
-        for _ in range(round(PATIENCE / dt)):
-            move(dt)
+        """Moves by `move`, which gets the seconds of a call, until `done` says so of a frame. Prints what was done."""
+        for _ in range(round(PATIENCE / self.seconds)):
+            move(self.seconds)
             frame = self.step()
             if done(frame):
                 print(f"{frame.time:6.3f} s  {what}; the fingers carry {self.mean_carried:.3f} N")
@@ -93,9 +99,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def task(gripper: Gripper, speed: float, carry: float) -> None:
     """What is done, one part after the other."""
-    first = gripper.step()
-    weight = -sum(load.force[1] for load in first.loads.values())
-    print(f"{first.time:6.3f} s  the sheet weighs {weight:.3f} N on what it lies on")
+    frames = [gripper.step() for _ in range(2 * MEAN_OF)]
+    weight = -float(np.mean([sum(load.force[1] for load in frame.loads.values()) for frame in frames[MEAN_OF:]]))
+    print(f"{frames[-1].time:6.3f} s  the sheet weighs {weight:.3f} N on what it lies on")
 
     def close(dt: float) -> None:
         # The upper finger alone goes, so that the middle goes half as far.
@@ -118,8 +124,10 @@ def task(gripper: Gripper, speed: float, carry: float) -> None:
     def part(dt: float) -> None:
         gripper.arm += speed * dt
 
-    # A finger that presses on the sheet alone feels half of what both hold.
-    held = gripper.until("the upper finger feels the sheet", lambda frame: contacts(frame, "upper") > 0, close)
+    # Where it feels the sheet first it holds little: it closes a little more.
+    gripper.until("the upper finger feels the sheet", lambda frame: contacts(frame, "upper") > 0, close)
+    closed = gripper.arm - PRESS / 2
+    held = gripper.until("it has closed", lambda _: gripper.arm <= closed, close)
     print(f"          it holds {contacts(held, 'upper')} particles")
     gripper.until("the table feels nothing", lambda frame: contacts(frame, "table") == 0, lift)
     gripper.until("it has turned", lambda _: gripper.angle <= -0.5 * np.pi + 1e-9, turn)
