@@ -25,7 +25,7 @@ VIEWS = {
     "flag": (3.0, 2),
     "cloth_over_sphere": (2.0, 3),
     "cloth_on_torus": (1.2, 3),
-    "gripper": (0.9, 2),
+    "gripper": (1.0, 2),
     "drap10": (1.0, 1),
     "drap70": (0.6, 1),
     "snowball_wall": (0.2, 5),

@@ -131,7 +131,7 @@ def task(gripper: Gripper, speed: float, carry: float) -> None:
     print(f"          it holds {contacts(held, 'upper')} particles")
     gripper.until("the table feels nothing", lambda frame: contacts(frame, "table") == 0, lift)
     gripper.until("it has turned", lambda _: gripper.angle <= -0.5 * np.pi + 1e-9, turn)
-    gripper.until("the sheet hangs still", lambda _: abs(gripper.mean_carried / weight - 1) < 0.02, rest)
+    gripper.until("the fingers carry its weight", lambda _: abs(gripper.mean_carried / weight - 1) < 0.02, rest)
     gripper.until("it has let go", lambda frame: contacts(frame, *FINGERS) == 0, part)
     gripper.until(
         "the sheet lies on the floor", lambda frame: -frame.loads["floor"].force[1] > 0.95 * weight, rest
