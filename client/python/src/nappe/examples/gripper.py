@@ -1,4 +1,4 @@
-"""A gripper in a loop: two fingers take a sheet from a table and drop it beside, and decide by the forces that they feel.
+"""A gripper in a loop: two fingers take a sheet from a table and drop it, and decide by the forces that they feel.
 
     python -m nappe.examples.gripper --speed 0.5 --carry 0.25
 
@@ -133,9 +133,7 @@ def task(gripper: Gripper, speed: float, carry: float) -> None:
     gripper.until("it has turned", lambda _: gripper.angle <= -0.5 * np.pi + 1e-9, turn)
     gripper.until("the fingers carry its weight", lambda _: abs(gripper.mean_carried / weight - 1) < 0.02, rest)
     gripper.until("it has let go", lambda frame: contacts(frame, *FINGERS) == 0, part)
-    gripper.until(
-        "the sheet lies on the floor", lambda frame: -frame.loads["floor"].force[1] > 0.95 * weight, rest
-    )
+    gripper.until("the sheet lies on the floor", lambda frame: -frame.loads["floor"].force[1] > 0.95 * weight, rest)
 
 
 if __name__ == "__main__":
