@@ -149,7 +149,10 @@ mod tests {
             (Extent::Endless, y, 0.0),
         ] {
             let reach = extent.reach([0.0; 3], direction);
-            assert!((reach - expected).abs() < 1e-6, "{extent:?} along {direction:?}: {reach}, not {expected}");
+            assert!(
+                (reach - expected).abs() < 1e-6,
+                "{extent:?} along {direction:?}: {reach}, not {expected}"
+            );
         }
     }
 }

@@ -290,7 +290,8 @@ fn a_force_on_a_collider_is_a_column_of_its_own() {
             assert!(off < 1e-3 * weight, "{}: {measured}, not {expected}", measures[place]);
         }
     }
-    let args = ["sweep", &scene, "--set", "gravity.1=0,-1", "--out", "no", "--measure", "collider.table.force.y"];
+    let args =
+        ["sweep", &scene, "--set", "gravity.1=0,-1", "--out", "no", "--measure", "collider.table.force.y"];
     let done = nappe_in(folder.path(), &args);
     assert_eq!(done.code, Some(2), "{done:?}");
     assert!(done.stderr.contains("no collider 'table'; allowed: floor, lid"), "{}", done.stderr);

@@ -33,7 +33,8 @@ fn arrows_are_in_proportion_to_the_greatest_force_so_far_and_go_when_it_ends() {
     assert_eq!((recorded.count(ARROW, "step"), recorded.count(ARROW, "")), (6, 1));
     let labels = recorded.labels[ARROW].iter();
     let labels: Vec<Vec<&str>> = labels.map(|row| row.iter().map(String::as_str).collect()).collect();
-    let expected: [&[&str]; 6] = [&["box 4.00 N"], &["box 1.00 N"], &[], &["box 8.00 N"], &["box 4.00 N"], &[]];
+    let expected: [&[&str]; 6] =
+        [&["box 4.00 N"], &["box 1.00 N"], &[], &["box 8.00 N"], &["box 4.00 N"], &[]];
     assert_eq!(labels, expected);
 
     let vectors = &recorded.vectors[ARROW];

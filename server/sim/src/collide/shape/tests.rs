@@ -99,7 +99,10 @@ fn no_point_of_a_surface_is_farther_from_the_reference_point_than_it_reaches() {
         assert_eq!(reach.is_infinite(), shape.thickness().is_infinite(), "{shape:?}");
         // A sample lies within 0.015 of every point of the surface.
         let spare = reach - farthest;
-        assert!(reach.is_infinite() || (-1e-12..0.015).contains(&spare), "{shape:?}: {farthest} m, {reach} m");
+        assert!(
+            reach.is_infinite() || (-1e-12..0.015).contains(&spare),
+            "{shape:?}: {farthest} m, {reach} m"
+        );
     }
 }
 
