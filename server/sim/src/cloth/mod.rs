@@ -17,6 +17,7 @@ pub(crate) use network::resolve;
 pub use network::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
 pub use settings::{
     ClothSettings, Hessian, Integrator, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits,
+    SurfaceCheck, SurfaceSettings,
 };
 pub(crate) use state::{ClothReport, Gain};
 pub use state::{PathPoint, PinMotion, State};

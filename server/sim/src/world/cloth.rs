@@ -144,12 +144,22 @@ impl<R: Real> Cloth<R> {
     /// What its step told, as that of a body, the largest error of its sub-steps, and how many had no history.
     pub(super) fn told(&self, report: ClothReport) -> (BodyReport, ErrorEstimate, u32) {
         let ClothReport {
-            diagnostics, contact_count, solve, error, without_history, mut notices, work, ..
+            diagnostics,
+            contact_count,
+            solve,
+            error,
+            without_history,
+            surface,
+            mut notices,
+            work,
+            ..
         } = report;
         let of_all = |particle: u64| particle + u64::from(self.first_particle);
         notices.first_passed = notices.first_passed.map(of_all);
         notices.first_pinched = notices.first_pinched.map(of_all);
-        (BodyReport { diagnostics, contact_count, solve, snow: None, notices, work }, error, without_history)
+        let snow = None;
+        let body = BodyReport { diagnostics, contact_count, solve, surface, snow, notices, work };
+        (body, error, without_history)
     }
 
     pub(super) fn undo(&mut self) {

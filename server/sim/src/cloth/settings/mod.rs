@@ -5,9 +5,11 @@
 mod integrator;
 mod cloth;
 mod scheme;
+mod surface;
 mod purpose;
 
 pub use cloth::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits};
 pub use integrator::Integrator;
 pub(super) use purpose::{Aim, Bounded, Descend, Explicit, Implicit, Purpose, RightHandSide};
 pub(super) use scheme::{Scheme, error_constant};
+pub use surface::{SurfaceCheck, SurfaceSettings};
