@@ -5,6 +5,7 @@ mod laws;
 mod network;
 mod layout;
 mod state;
+mod contact;
 mod evaluate;
 mod judge;
 mod integrate;

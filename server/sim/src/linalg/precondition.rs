@@ -145,6 +145,32 @@ impl Inverse3 {
         }
     }
 
+    /// Takes over in a lane the inverse of its matrix and another one together, which is positive semi-definite; leaves it as it was where a factor
+    /// leaves the range.
+    pub(crate) fn add(&mut self, lane: usize, added: &Symmetric3) {
+        let [yx, zx, zy] = self.below.map(|row| -f64::from(row[lane]));
+        let [x, y, z] = self.pivots.map(|row| 1.0 / f64::from(row[lane]));
+        // L = W⁻¹.
+        let zx = yx * zy + zx;
+        let Symmetric3 { xx, yy, zz, xy, xz, yz } = *added;
+        let (xx, xy, xz) = (x + xx, x * yx + xy, x * zx + xz);
+        let (yy, yz) = (x * yx * yx + y + yy, x * yx * zx + y * zy + yz);
+        let zz = x * zx * zx + y * zy * zy + z + zz;
+
+        let (yx, zx) = (xy / xx, xz / xx);
+        let y = yy - yx * xy;
+        let zy = (yz - zx * xy) / y;
+        let pivots = [xx, y, zz - zx * xz - zy * zy * y];
+        if pivots.iter().all(|pivot| (SMALLEST..LARGEST).contains(pivot)) {
+            for (row, pivot) in self.pivots.iter_mut().zip(pivots) {
+                row[lane] = (1.0 / pivot) as f32;
+            }
+            for (row, entry) in self.below.iter_mut().zip([-yx, yx * zy - zx, -zy]) {
+                row[lane] = entry as f32;
+            }
+        }
+    }
+
     /// Products with sixteen vectors.
     #[inline(always)]
     pub(crate) fn times<P: Pack>(&self, v: [P; 3]) -> [P; 3] {
