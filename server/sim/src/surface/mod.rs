@@ -1,0 +1,17 @@
+//! Surfaces of triangles that may come close to themselves: which parts do, how far apart they are, what crosses.
+//!
+//! Pure geometry in binary64, about particles and triangles by number; no physics and no state but boxes that are made
+//! anew. Two triangles come as close as a vertex of one and the other, or as an edge of one and an edge of the other.
+
+mod faces;
+mod distance;
+mod bounds;
+mod tree;
+mod predicates;
+mod crossings;
+
+pub use crossings::{Crossing, crossings};
+pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangle};
+pub use faces::Faces;
+pub use predicates::crosses;
+pub use tree::{Candidate, Tree};
