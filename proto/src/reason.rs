@@ -305,7 +305,7 @@ reasons! {
         "Ask for fewer ranks, or raise the limit (`--max-ranks`)."
 
     RanksUnsupported "RANKS_UNSUPPORTED" InvalidArgument
-        "The scene has something that several ranks cannot step together: semi-implicit snow, vertex block descent, or an assembled matrix; the message names the body and the setting."
+        "The scene has something that several ranks cannot step together: semi-implicit snow, vertex block descent, an assembled matrix, or cloth with a thickness or whose crossings are counted; the message names the body and the setting."
         "Choose another setting, or step the scene without ranks."
 
     RanksUnavailable "RANKS_UNAVAILABLE" FailedPrecondition
