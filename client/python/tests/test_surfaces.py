@@ -44,8 +44,9 @@ def test_a_surface_report_is_a_value_with_columns() -> None:
 
 def test_crossings_are_counted_where_a_scene_asks_for_it(server: nappe.Server) -> None:
     with server.create(SCENE) as session:
-        surface = session.step(3, frame=True).diagnostics.surface
-        assert surface is not None and surface.crossings == 0 and surface.least_gap_m is None
+        diagnostics = session.step(3, frame=True).diagnostics
+        assert diagnostics is not None and diagnostics.surface is not None
+        assert diagnostics.surface.crossings == 0 and diagnostics.surface.least_gap_m is None
 
 
 def test_a_thickness_that_does_not_fit_is_refused_with_its_key(server: nappe.Server) -> None:

@@ -177,3 +177,25 @@ fn stages(seconds: &StageSeconds) -> Vec<v1::StageTime> {
         .map(|(stage, seconds)| v1::StageTime { stage: stage.name().to_owned(), seconds: *seconds })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_that_no_pair_has_is_absent() {
+        let none = SurfaceReport { crossings: Some(3), ..SurfaceReport::default() };
+        assert_eq!(surface(&none), v1::SurfaceReport { crossings: Some(3), ..v1::SurfaceReport::default() });
+        let some =
+            SurfaceReport { pairs: 9, active: 4, rounds: 2, least_gap: 2e-3, failed: 1, crossings: None };
+        let expected = v1::SurfaceReport {
+            pairs: 9,
+            active: 4,
+            rounds: 2,
+            least_gap_m: Some(2e-3),
+            failed: 1,
+            crossings: None,
+        };
+        assert_eq!(surface(&some), expected);
+    }
+}
