@@ -20,13 +20,16 @@ impl Default for Text {
     }
 }
 
-pub(crate) fn deserialize<'de, D: Deserializer<'de>>(text: D) -> Result<SurfaceSettings, D::Error> {
+pub(crate) fn deserialize<'de, D: Deserializer<'de>>(text: D) -> Result<Option<SurfaceSettings>, D::Error> {
     let Text { friction, surface } = Text::deserialize(text)?;
-    Ok(SurfaceSettings { friction, surface })
+    Ok(Some(SurfaceSettings { friction, surface }))
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
-pub(crate) fn serialize<S: Serializer>(contact: &SurfaceSettings, to: S) -> Result<S::Ok, S::Error> {
-    let SurfaceSettings { friction, surface } = *contact;
-    Text { friction, surface }.serialize(to)
+#[expect(clippy::ref_option, reason = "serde hands over a reference to the field")]
+pub(crate) fn serialize<S: Serializer>(
+    contact: &Option<SurfaceSettings>,
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    let text = |SurfaceSettings { friction, surface }| Text { friction, surface };
+    contact.map(text).serialize(to)
 }

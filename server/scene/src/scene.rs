@@ -51,9 +51,9 @@ pub struct Scene {
     pub wind_at: Vec<WindKey>,
     /// Frames between frames that carry the hash of the state, 1 or more.
     pub hash_interval: u32,
-    /// How surfaces of cloth meet each other.
-    #[serde(with = "contact", skip_serializing_if = "is_default")]
-    pub contact: SurfaceSettings,
+    /// How surfaces of cloth meet each other; none: by the defaults.
+    #[serde(with = "contact", skip_serializing_if = "Option::is_none")]
+    pub contact: Option<SurfaceSettings>,
     /// Bodies, in the order of their particles.
     #[serde(rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
@@ -90,7 +90,7 @@ impl Default for Scene {
             wind: [0.0; 3],
             wind_at: Vec::new(),
             hash_interval: 10,
-            contact: SurfaceSettings::default(),
+            contact: None,
             bodies: Vec::new(),
             snow: None,
             colliders: Vec::new(),
@@ -157,10 +157,6 @@ impl Scene {
         check(&table, &self.source.without_text())?;
         Ok(())
     }
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 /// What helps against an error of TOML at a byte of a text: a table that stands there twice may have been meant as

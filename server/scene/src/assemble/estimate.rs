@@ -153,7 +153,7 @@ impl SceneSize {
             self.divided_particles = self.divided_particles.saturating_add(points);
         }
         self.triangles = self.triangles.saturating_add(triangles);
-        if body.thickness > 0.0 || scene.contact.surface == SurfaceCheck::Count {
+        if body.thickness > 0.0 || scene.contact.unwrap_or_default().surface == SurfaceCheck::Count {
             self.triangles_apart = self.triangles_apart.saturating_add(triangles);
         }
         if body.air.is_some() {

@@ -1,6 +1,9 @@
 //! A scene with its terms listed, and the same scene without some of them.
 
-use nappe_sim::{cloth::SpringKind, math::Precision};
+use nappe_sim::{
+    cloth::{SpringKind, SurfaceSettings},
+    math::Precision,
+};
 
 use super::{
     cloth::{law_mut, of_bodies, of_springs, of_surfaces},
@@ -33,7 +36,7 @@ impl Scene {
         let mut terms = of_springs(bodies);
         let winds = wind_at.iter().map(|key| key.velocity).chain([*wind]);
         terms.extend(of_bodies(bodies, winds));
-        terms.extend(of_surfaces(bodies, contact.friction));
+        terms.extend(of_surfaces(bodies, contact.unwrap_or_default().friction));
         let is_of_one = bodies.is_empty() || snow.is_none();
         if bodies.is_empty() {
             terms.extend(snow.iter().flat_map(of_snow));
@@ -105,7 +108,9 @@ impl Scene {
                     body.thickness = 0.0;
                 }
             }
-            Removal::SurfaceFriction => self.contact.friction = 0.0,
+            Removal::SurfaceFriction => {
+                self.contact = Some(SurfaceSettings { friction: 0.0, ..self.contact.unwrap_or_default() });
+            }
             Removal::Drag => self.bodies.iter_mut().for_each(|body| body.drag = 0.0),
             Removal::Air => self.bodies.iter_mut().for_each(|body| body.air = None),
             Removal::Wind => {
@@ -193,7 +198,8 @@ mod tests {
         let is_new = |name: &String| name == "thickness of cloth" || name == "friction of surfaces";
         assert_eq!(names(&scene).into_iter().filter(is_new).count(), 2);
         let left = scene.without(&[Removal::SurfaceFriction]);
-        assert_eq!((left.contact.friction, left.bodies[0].thickness), (0.0, 0.001));
+        let friction = left.contact.map(|contact| contact.friction);
+        assert_eq!((friction, left.bodies[0].thickness), (Some(0.0), 0.001));
         let left = scene.without(&[Removal::Thickness(0)]);
         assert_eq!((names(&left).into_iter().filter(is_new).count(), left.bodies[0].thickness), (0, 0.0));
     }

@@ -33,17 +33,23 @@ fn refused(built: &Built) -> String {
 fn a_thickness_and_how_surfaces_meet_are_read_with_their_defaults() {
     let plain = Scene::parse(&text("", ""), "scene.toml").expect("a scene");
     let default = SurfaceSettings { friction: 0.3, surface: SurfaceCheck::Off };
-    assert_eq!((plain.bodies[0].thickness, plain.contact), (0.0, default));
+    assert_eq!((plain.bodies[0].thickness, plain.contact), (0.0, None));
+    let setup = plain.build(&NoMeshes, &SceneLimits::default()).expect("it can be built").setup;
+    assert_eq!(setup.bodies[0].settings.contact, default);
     assert!(!plain.to_toml().contains("contact") && !plain.to_toml().contains("thickness"));
 
     let root = "contact = { surface = \"count\" }";
     let scene = Scene::parse(&text(root, "thickness = 0.002"), "scene.toml").expect("a scene");
     let counted = SurfaceSettings { surface: SurfaceCheck::Count, ..default };
-    assert_eq!(scene.contact, counted);
+    assert_eq!(scene.contact, Some(counted));
     let again = Scene::parse(&scene.to_toml(), "again.toml").expect("a scene");
     assert_eq!((again.contact, again.bodies), (scene.contact, scene.bodies.clone()));
     let setup = scene.build(&NoMeshes, &SceneLimits::default()).expect("it can be built").setup;
     assert_eq!((setup.bodies[0].network.thickness, setup.bodies[0].settings.contact), (0.002, counted));
+
+    let value = ("contact.friction".to_owned(), "0.7".to_owned());
+    let edited = scene.with_values(&[value]).expect("the scene has that key");
+    assert_eq!(edited.contact, Some(SurfaceSettings { friction: 0.7, ..counted }));
 }
 
 #[test]
