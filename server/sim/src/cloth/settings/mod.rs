@@ -3,9 +3,9 @@
 //! Enters: what a scene says. Leaves: choices that no step changes. Modules in reading order:
 
 mod integrator;
+mod surface;
 mod cloth;
 mod scheme;
-mod surface;
 mod purpose;
 
 pub use cloth::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits};
