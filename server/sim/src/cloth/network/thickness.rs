@@ -98,6 +98,10 @@ impl Network {
     /// # Panics
     /// If a triangle names a particle that is not there.
     pub fn crossed(&self) -> Option<Crossed> {
+        let is_degenerate = |[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+        if self.triangles.iter().all(is_degenerate) {
+            return None;
+        }
         let place = |particle: u32| Vec3::from(self.x[particle as usize]);
         // Triangles that are near each other stand near each other in the tree.
         let middle = |[a, b, c]: &[u32; 3]| {
@@ -108,9 +112,6 @@ impl Network {
         let order = hilbert_order(&middles, 0.0);
         let triangles: Vec<[u32; 3]> = order.iter().map(|i| self.triangles[*i as usize]).collect();
         let faces = Faces::new(&triangles, self.x.len());
-        if faces.triangles().is_empty() {
-            return None;
-        }
         let mut tree = Tree::new(faces.triangles().len());
         let (count, first) = surface::crossings(&faces, &mut tree, &place);
         first.map(|Crossing { edge, triangle }| Crossed { count, edge, triangle })
