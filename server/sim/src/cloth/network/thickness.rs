@@ -9,7 +9,7 @@ use crate::{
     math::{
         Vec3,
         array::{length, minus},
-        number,
+        array3, number,
     },
     parallel::hilbert_order,
     surface::{self, Crossing, Faces, Tree},
@@ -106,7 +106,7 @@ impl Network {
         // Triangles that are near each other stand near each other in the tree.
         let middle = |[a, b, c]: &[u32; 3]| {
             interrupt::point();
-            <[f64; 3]>::from((place(*a) + place(*b) + place(*c)) / 3.0)
+            array3(&((place(*a) + place(*b) + place(*c)) / 3.0))
         };
         let middles: Vec<[f64; 3]> = self.triangles.iter().map(middle).collect();
         let order = hilbert_order(&middles, 0.0);
