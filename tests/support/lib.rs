@@ -8,6 +8,8 @@ pub mod golden;
 pub mod meshes;
 pub mod ranks;
 pub mod scene;
+mod random;
+
 pub mod sheets;
 pub mod numbering;
 pub mod crossings;
@@ -17,7 +19,6 @@ pub mod statics;
 pub mod systems;
 
 mod oscillator;
-mod random;
 mod scalar;
 
 pub use nappe_study::{Method, NEWTON, gallery::networks};

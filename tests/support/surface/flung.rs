@@ -2,14 +2,14 @@
 
 use nappe_sim::collide::Collider;
 
-use super::{Case, floor, scene, wall};
+use super::scenes::{Case, floor, scene, wall};
 use crate::{Random, Scene, numbering::renumbered, sheets::Sheet};
 
 /// Distance between neighbours (m).
 const SPACING: f64 = 0.02;
 
 /// A box of walls around a place where a sheet of `side` x `side` particles just fits.
-pub fn flung_box(side: usize, margin: f64) -> Vec<Collider> {
+fn flung_box(side: usize, margin: f64) -> Vec<Collider> {
     let half = 0.5 * SPACING * side as f64 + 0.05;
     let upright = |name: &str, x: f64, z: f64| {
         wall(name, [-half * x, 0.0, -half * z], [x, 0.0, z], 0.3, margin)

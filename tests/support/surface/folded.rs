@@ -4,7 +4,10 @@ use std::f64::consts::PI;
 
 use nappe_sim::world::Change;
 
-use super::{Case, DT, Tally, Watched, floor, scene};
+use super::{
+    scenes::{Case, DT, floor, scene},
+    tally::{Tally, Watched},
+};
 use crate::{
     numbering::renumbered,
     scene::positions,

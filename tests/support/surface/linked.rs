@@ -1,6 +1,9 @@
 //! Two rings of cloth, one through the other: the upper one is held, the lower one hangs in it.
 
-use super::{Case, Watched, scene};
+use super::{
+    scenes::{Case, scene},
+    tally::Watched,
+};
 use crate::{
     crossings::linking,
     numbering::renumbered,
@@ -27,7 +30,7 @@ impl Rings {
     /// How often they are linked now.
     pub fn links(&self) -> i64 {
         let x = positions(&self.watched.simulation);
-        let line = |middle: &Vec<usize>| middle.iter().map(|i| x[*i]).collect::<Vec<_>>();
+        let line = |middle: &[usize]| middle.iter().map(|i| x[*i]).collect::<Vec<_>>();
         linking(&line(&self.middles[0]), &line(&self.middles[1]))
     }
 

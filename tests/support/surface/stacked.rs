@@ -2,7 +2,7 @@
 
 use nappe_sim::cloth::Network;
 
-use super::{Case, ball, floor, scene};
+use super::scenes::{Case, ball, floor, scene};
 use crate::{
     Scene,
     numbering::renumbered,

@@ -22,9 +22,9 @@ pub struct Tally {
     pub steps: u64,
     /// Those that told of surfaces and counted crossings.
     pub told: u64,
-    /// Sub-steps that were taken, and those that were taken again.
+    /// Sub-steps that were taken.
     pub substeps: u64,
-    /// See above.
+    /// Sub-steps that were taken again shorter.
     pub rejected: u64,
     /// The most crossings that a step told of.
     pub crossings: u64,
@@ -137,7 +137,7 @@ impl Watched {
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let report = try_advance(&mut self.simulation, 1)?;
         self.tally.add(&report);
-        if self.tally.steps % COUNTED == 0 {
+        if self.tally.steps.is_multiple_of(COUNTED) {
             self.count();
         }
         Ok(report)

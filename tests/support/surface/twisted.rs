@@ -4,7 +4,10 @@ use std::f64::consts::PI;
 
 use nappe_sim::world::Change;
 
-use super::{Case, DT, Watched, scene};
+use super::{
+    scenes::{Case, DT, scene},
+    tally::Watched,
+};
 use crate::{numbering::renumbered, scene::positions, sheets::Sheet};
 
 /// A sheet of `side` x `side` particles, so far (m) from one to the next, whose ends turn by so many turns against each other
