@@ -57,14 +57,12 @@ impl Case {
     }
 }
 
-/// A scene of a network that keeps a thickness (m), in steps that are accepted or taken again; crossings are counted. Without a
-/// thickness nothing is kept apart and nothing counted.
+/// A scene of a network that keeps a thickness (m), or none, in steps that are accepted or taken again; crossings are counted.
 pub fn scene(network: Network, thickness: f64, friction: f64) -> Scene {
     let mut scene = Scene::new(network, DT).under([0.0, -GRAVITY, 0.0]).certified();
     scene.network.thickness = thickness;
     scene.settings.solver.stop = LOOSE;
-    let surface = if thickness > 0.0 { SurfaceCheck::Count } else { SurfaceCheck::Off };
-    scene.settings.contact = SurfaceSettings { friction, surface };
+    scene.settings.contact = SurfaceSettings { friction, surface: SurfaceCheck::Count };
     scene
 }
 
