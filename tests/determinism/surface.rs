@@ -46,7 +46,7 @@ fn cloth_that_meets_itself_has_the_same_bits_for_1_to_4_threads_and_every_width_
                 assert_eq!(hash, alone, "{name} in {precision} on {threads} threads");
             }
             for level in SimdLevel::ALL {
-                let used = force_simd_level(level);
+                let used = force_simd_level(*level);
                 assert_eq!(stepped(&scene, precision).state_hash(), alone, "{name} in {precision} by {used:?}");
             }
             force_simd_level(best);
