@@ -27,6 +27,8 @@ pub(crate) use each::{
     per_sixteen_mut, several_between_mut, several_per_block, several_per_block_mut, thread_count,
     thread_number,
 };
+#[cfg(test)]
+pub(crate) use each::tests::on_threads;
 pub(crate) use hash::{hash_numbers, sum_hashes};
 pub(crate) use zeroed::{size, zeroed};
 

@@ -120,3 +120,70 @@ fn least(a: f32, b: f32) -> f32 {
 fn greatest(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{super::numbers::Numbers, *};
+
+    fn boxes(count: usize) -> Vec<Bounds> {
+        let mut numbers = Numbers(5);
+        let of = |_| {
+            let (at, size) = (numbers.place() * 3.0, numbers.place().abs());
+            Bounds::around([(at - size).into(), (at + size).into()], [0.1, 0.2, 0.3])
+        };
+        (0..count).map(of).collect()
+    }
+
+    #[test]
+    fn a_box_is_larger_than_what_it_is_around() {
+        let mut numbers = Numbers(2);
+        for (i, scale) in [1.0, 1e-3, 1e-30, 1e-40, 1e8, 1e30].into_iter().cycle().take(600).enumerate() {
+            let place: [f64; 3] = (numbers.place() * scale).into();
+            let origin: [f64; 3] = if i % 2 == 0 { [0.0; 3] } else { (numbers.place() * scale).into() };
+            let bounds = Bounds::around([place, place], origin);
+            for c in 0..3 {
+                let (low, high) = (f64::from(bounds.low[c]), f64::from(bounds.high[c]));
+                let seen = place[c] - origin[c];
+                assert!(low < seen && seen < high, "{low} {seen} {high}");
+                assert!(high - low <= 1e-6 * seen.abs() + 1e-37, "{low} {seen} {high}");
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_meet_where_they_overlap_on_every_axis() {
+        let boxes = boxes(200);
+        let mut count = 0;
+        for a in &boxes {
+            for four in boxes.chunks_exact(WIDTH) {
+                let mut node = Four::NONE;
+                for (lane, bounds) in four.iter().enumerate() {
+                    node.set(lane, bounds);
+                }
+                let met = node.met_by(a);
+                for (lane, b) in four.iter().enumerate() {
+                    let overlap = (0..3).all(|c| a.low[c] < b.high[c] && b.low[c] < a.high[c]);
+                    assert_eq!((a.meets(b), (met >> lane) & 1 == 1), (overlap, overlap), "{a:?} {b:?}");
+                    assert_eq!(node.get(lane), *b);
+                    count += usize::from(overlap);
+                }
+                let all = node.all();
+                assert!(four.iter().all(|bounds| bounds.and(all) == all));
+            }
+        }
+        assert!(count > 500 && count < 39_000, "{count}");
+    }
+
+    #[test]
+    fn a_box_of_nothing_meets_none_and_what_is_not_finite_all() {
+        let far = |x: f64| Bounds::around([[-x; 3], [x; 3]], [0.0; 3]);
+        for bounds in [Bounds::NONE, far(1.0), far(1e300), far(f64::INFINITY), far(f64::NAN)] {
+            assert!(!Bounds::NONE.meets(&bounds) && !bounds.meets(&Bounds::NONE));
+            assert_eq!(Four::NONE.met_by(&bounds), 0);
+            assert_eq!(bounds.and(Bounds::NONE), bounds);
+        }
+        for bounds in [far(1e300), far(f64::INFINITY), far(f64::NAN)] {
+            assert!(boxes(20).iter().all(|other| other.meets(&bounds)));
+        }
+    }
+}

@@ -179,3 +179,190 @@ fn about_first(x: &[Vec3<f64>; 4]) -> [Vec3<f64>; 4] {
 fn mixed(y: &[Vec3<f64>; 4], weights: [f64; 4]) -> Vec3<f64> {
     y[1] * weights[1] + y[2] * weights[2] + y[3] * weights[3]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{super::numbers::Numbers, *};
+
+    type Places = [Vec3<f64>; 4];
+
+    /// How many of the places are of the first part.
+    fn first_part(kind: PairKind) -> usize {
+        match kind {
+            PairKind::VertexTriangle => 1,
+            PairKind::Edges => 2,
+        }
+    }
+
+    fn distance(closest: &Closest) -> f64 {
+        closest.difference.norm()
+    }
+
+    /// That weights are shares of the two parts, and that no points are nearer than by `slack` of the distance: a plane
+    /// across the way between them has one part on either side, as far away as that.
+    fn check(kind: PairKind, x: &Places, slack: f64) -> Closest {
+        let found = closest(kind, *x);
+        let split = first_part(kind);
+        let (first, second) = found.weights.split_at(split);
+        assert!(first.iter().all(|w| (0.0..=1.0).contains(w)), "{found:?}");
+        assert!(second.iter().all(|w| (-1.0..=0.0).contains(w)), "{found:?}");
+        assert!((first.iter().sum::<f64>() - 1.0).abs() < 1e-14, "{found:?}");
+        assert!((second.iter().sum::<f64>() + 1.0).abs() < 1e-14, "{found:?}");
+
+        let y = x.map(|place| place - x[0]);
+        let size = y.iter().map(|y| y.norm()).fold(0.0, f64::max);
+        let mixed = (0..4).fold(Vec3::zeros(), |sum, k| sum + y[k] * found.weights[k]);
+        let n = found.difference;
+        assert!((mixed - n).norm() <= 1e-15 * size, "{found:?}");
+        let height = |y: &Vec3<f64>| n.dot(y);
+        let above = y[..split].iter().map(height).fold(f64::INFINITY, f64::min);
+        let below = y[split..].iter().map(height).fold(f64::NEG_INFINITY, f64::max);
+        let least = n.dot(&n) * (1.0 - slack) - 1e-15 * size * size;
+        assert!(above - below >= least, "{kind:?} {x:?}: {above} {below} {least}, {found:?}");
+        found
+    }
+
+    /// The least distance of many places of the two parts.
+    fn sampled(kind: PairKind, x: &Places) -> f64 {
+        const STEPS: u32 = 40;
+        let share = |i: u32| f64::from(i) / f64::from(STEPS);
+        let mut least = f64::INFINITY;
+        for (i, j) in (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| (i, j))) {
+            let (s, t) = (share(i), share(j));
+            let [first, second] = match kind {
+                PairKind::VertexTriangle if i + j > STEPS => continue,
+                PairKind::VertexTriangle => [x[0], x[1] + (x[2] - x[1]) * s + (x[3] - x[1]) * t],
+                PairKind::Edges => [x[0] + (x[1] - x[0]) * s, x[2] + (x[3] - x[2]) * t],
+            };
+            least = least.min((first - second).norm());
+        }
+        least
+    }
+
+    #[test]
+    fn no_points_of_the_parts_are_nearer() {
+        let mut numbers = Numbers(1);
+        for i in 0..2000 {
+            let mut x: Places = numbers.places();
+            let small = [1e-2, 1e-5, 1e-8, 1e-11][i / 4 % 4];
+            match i % 4 {
+                // Two places nearly at one; a needle, or nearly parallel edges; all of it tiny.
+                1 => x[3] = x[2] + numbers.place() * small,
+                2 => x[3] = x[1] + (x[2] - x[0]) * numbers.next() + numbers.place() * small,
+                3 => x = x.map(|place| place * small),
+                _ => {}
+            }
+            for kind in [PairKind::VertexTriangle, PairKind::Edges] {
+                let found = check(kind, &x, if kind == PairKind::Edges { 0.01 } else { 0.0 });
+                if i < 200 {
+                    let most = sampled(kind, &x) * (1.0 + 1.0 / 256.0) + 1e-14;
+                    assert!(distance(&found) <= most, "{kind:?} {x:?}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn places_over_faces_edges_and_corners_are_told_apart() {
+        let triangle = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(4.0, 0.0, 0.0), Vec3::new(0.0, 4.0, 0.0)];
+        let of = |p: [f64; 3]| {
+            let x = [Vec3::from(p), triangle[0], triangle[1], triangle[2]];
+            let found = check(PairKind::VertexTriangle, &x, 0.0);
+            (found.inside, distance(&found))
+        };
+        assert_eq!(of([1.0, 1.0, 3.0]), (Inside::Both, 3.0));
+        assert_eq!(of([1.0, 1.0, -3.0]), (Inside::Both, 3.0));
+        assert_eq!(of([2.0, -3.0, 4.0]), (Inside::Edge(0), 5.0));
+        assert_eq!(of([5.0, 5.0, 0.0]).0, Inside::Edge(1));
+        assert_eq!(of([-3.0, 2.0, 4.0]), (Inside::Edge(2), 5.0));
+        assert_eq!(of([-3.0, -4.0, 0.0]), (Inside::Corner(0), 5.0));
+        assert_eq!(of([8.0, 0.0, 3.0]), (Inside::Corner(1), 5.0));
+        assert_eq!(of([0.0, 8.0, 3.0]), (Inside::Corner(2), 5.0));
+    }
+
+    #[test]
+    fn edges_meet_inside_or_at_an_end() {
+        let of = |to: [[f64; 3]; 2]| {
+            let x = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::from(to[0]), Vec3::from(to[1])];
+            let found = check(PairKind::Edges, &x, 0.0);
+            (found.inside, distance(&found))
+        };
+        assert_eq!(of([[1.0, -1.0, 3.0], [1.0, 1.0, 3.0]]), (Inside::Both, 3.0));
+        assert_eq!(of([[1.0, 3.0, 4.0], [1.0, 9.0, 4.0]]), (Inside::Border, 5.0));
+        assert_eq!(of([[5.0, 4.0, 0.0], [9.0, 5.0, 0.0]]), (Inside::Border, 5.0));
+        assert_eq!(of([[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]), (Inside::Border, 3.0));
+    }
+
+    #[test]
+    fn a_gap_of_a_nanometre_is_measured() {
+        let mut numbers = Numbers(3);
+        for i in 0..500 {
+            let x: Places = numbers.places();
+            let [ab, ac] = [x[2] - x[1], x[3] - x[1]];
+            let normal = ab.cross(&ac);
+            if normal.norm() < 0.1 * ab.norm() * ac.norm() {
+                continue;
+            }
+            let gap = normal * (1e-9 / normal.norm());
+            let (s, t) = (f64::from(i % 8 + 1) / 10.0, 0.1);
+            // Over the inside of the triangle; and two edges of that plane, one of them lifted out of it.
+            let over = [x[1] + ab * s + ac * t + gap, x[1], x[2], x[3]];
+            let middle = x[1] + ab * s;
+            let across = [x[1] + gap, x[2] + gap, middle - ac * t, middle + ac * (1.0 - t)];
+            let expected = [[1.0, s + t - 1.0, -s, -t], [1.0 - s, s, t - 1.0, -t]];
+            for (kind, x, expected) in
+                [(PairKind::VertexTriangle, over, expected[0]), (PairKind::Edges, across, expected[1])]
+            {
+                let found = check(kind, &x, 0.0);
+                assert_eq!(found.inside, Inside::Both);
+                assert!((found.difference - gap).norm() < 2e-15, "{found:?}");
+                let is_near = |(w, expected): (&f64, &f64)| (w - expected).abs() < 1e-8;
+                assert!(found.weights.iter().zip(&expected).all(is_near), "{found:?} {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn of_parallel_edges_the_middle_counts_however_they_are_turned_a_little() {
+        for turn in [0.0, 1e-12, -1e-12, 1e-6, -1e-6] {
+            let to = [Vec3::new(0.5, 1e-2, turn), Vec3::new(3.0, 1e-2 + turn, 0.0)];
+            let x = [Vec3::zeros(), Vec3::new(1.0, 0.0, 0.0), to[0], to[1]];
+            let found = check(PairKind::Edges, &x, 0.01);
+            assert_eq!(found.inside, Inside::Both);
+            let [_, s, _, t] = found.weights;
+            assert!((s - 0.75).abs() < 1e-5 && (-t - 0.1).abs() < 1e-5, "{turn}: {found:?}");
+        }
+        // Edges that nearly touch are parallel only if they are so to the last bit or two.
+        let to = [Vec3::new(0.0, -1e-4, 1e-9), Vec3::new(1.0, 1e-4, 1e-9)];
+        let found = check(PairKind::Edges, &[Vec3::zeros(), Vec3::new(1.0, 0.0, 0.0), to[0], to[1]], 1e-6);
+        assert!((distance(&found) - 1e-9).abs() < 1e-15, "{found:?}");
+        assert_eq!(found.inside, Inside::Both);
+    }
+
+    #[test]
+    fn a_pair_far_away_has_the_same_bits() {
+        let mut numbers = Numbers(7);
+        let far = Vec3::new(1e6, -3e6, 1e6);
+        for kind in [PairKind::VertexTriangle, PairKind::Edges] {
+            for _ in 0..500 {
+                // Places that are exact there too.
+                let x: Places = numbers.places();
+                let x = x.map(|place| place.map(|c| (c * 65536.0).round() / 65536.0));
+                assert_eq!(closest(kind, x), closest(kind, x.map(|place| place + far)));
+            }
+        }
+    }
+
+    #[test]
+    fn parts_without_length_or_area_have_closest_points() {
+        let [o, a, b] = [Vec3::zeros(), Vec3::new(1.0, 0.0, 0.0), Vec3::new(3.0, 0.0, 0.0)];
+        let p = Vec3::new(2.0, 4.0, 3.0);
+        for (x, expected) in [([p, o, a, b], 5.0), ([p, a, b, a], 5.0), ([p, p, p, p], 0.0)] {
+            assert_eq!(distance(&check(PairKind::VertexTriangle, &x, 0.0)), expected);
+        }
+        for (x, expected) in [([p, p, a, b], 5.0), ([a, b, p, p], 5.0), ([o, o, a, a], 1.0), ([p; 4], 0.0)] {
+            let found = check(PairKind::Edges, &x, 0.0);
+            assert_eq!((distance(&found), found.inside), (expected, Inside::Border));
+        }
+    }
+}

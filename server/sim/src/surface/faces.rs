@@ -3,7 +3,7 @@
 //! Reads triangles by the numbers of their corners. Where all pairs of triangles are looked at, and of each only the parts
 //! that it owns, every pair of parts is met once.
 
-use crate::mesh::sorted;
+use crate::mesh::{is_degenerate, sorted};
 
 /// How many parts a triangle has of each kind.
 const PARTS: usize = 3;
@@ -23,8 +23,7 @@ impl Faces {
     /// # Panics
     /// When a triangle names a particle that is not below `points`.
     pub fn new(triangles: &[[u32; 3]], points: usize) -> Self {
-        let is_sound = |t: &&[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-        let triangles: Vec<[u32; 3]> = triangles.iter().filter(is_sound).copied().collect();
+        let triangles: Vec<[u32; 3]> = triangles.iter().filter(|t| !is_degenerate(t)).copied().collect();
         let mut owned = vec![0_u8; triangles.len()];
 
         let mut is_owned = vec![false; points];
@@ -76,7 +75,9 @@ impl Faces {
     #[inline]
     pub(super) fn vertices(&self, triangle: usize) -> impl Iterator<Item = u32> {
         let corners = self.triangles[triangle];
-        (0..PARTS).filter(move |corner| self.owns_vertex(triangle, *corner)).map(move |corner| corners[corner])
+        (0..PARTS)
+            .filter(move |corner| self.owns_vertex(triangle, *corner))
+            .map(move |corner| corners[corner])
     }
 
     /// The ends of the edges that a triangle owns.
@@ -94,7 +95,7 @@ fn ends(triangle: &[u32; 3], edge: usize) -> [u32; 2] {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
+    use std::collections::{BTreeMap, BTreeSet};
 
     use super::*;
 
@@ -113,7 +114,7 @@ mod tests {
         for (count, points) in [(0, 5), (1, 9), (40, 9), (3000, 60)] {
             let given = jumble(count, points);
             let faces = Faces::new(&given, points as usize);
-            let sound = given.iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
+            let sound = given.iter().filter(|t| BTreeSet::from(**t).len() == 3);
             assert_eq!(faces.triangles(), sound.copied().collect::<Vec<_>>());
 
             let (mut vertices, mut edges) = (BTreeMap::new(), BTreeMap::new());

@@ -3,6 +3,8 @@
 //! Pure geometry in binary64, about particles and triangles by number; no physics and no state but boxes that are made
 //! anew. Two triangles come as close as a vertex of one and the other, or as an edge of one and an edge of the other.
 
+#[cfg(test)]
+mod numbers;
 mod faces;
 mod distance;
 mod bounds;
@@ -15,3 +17,6 @@ pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangl
 pub use faces::Faces;
 pub use predicates::crosses;
 pub use tree::{Candidate, Tree};
+
+#[cfg(test)]
+mod tests;

@@ -148,7 +148,8 @@ impl Tree {
         }
         out.resize(count, NOTHING);
         let fields = (between_mut(out, &self.starts), per_block(&self.found));
-        Own::whole(self.found.len(), 1).each(fields, |_, (out, found)| out.copy_from_slice(&found.candidates));
+        Own::whole(self.found.len(), 1)
+            .each(fields, |_, (out, found)| out.copy_from_slice(&found.candidates));
     }
 
     /// Calls `each` for every block of triangles, with room for the search; gives what each call leaves, in their order.
