@@ -171,7 +171,7 @@ fn share(point: &Vec3<f64>, edge: &Vec3<f64>) -> f64 {
 }
 
 /// Places (m) as the first one sees them.
-fn about_first(x: &[Vec3<f64>; 4]) -> [Vec3<f64>; 4] {
+pub(super) fn about_first(x: &[Vec3<f64>; 4]) -> [Vec3<f64>; 4] {
     x.map(|place| place - x[0])
 }
 

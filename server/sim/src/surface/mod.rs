@@ -7,6 +7,7 @@
 mod numbers;
 mod faces;
 mod distance;
+mod separation;
 mod bounds;
 mod tree;
 mod predicates;
@@ -16,6 +17,7 @@ pub use crossings::{Crossing, crossings};
 pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangle};
 pub use faces::Faces;
 pub use predicates::crosses;
+pub use separation::{between_middles, gap_along};
 pub use tree::{Candidate, Tree};
 
 #[cfg(test)]

@@ -48,7 +48,9 @@ fn overlap([low, high]: [[f64; 3]; 2], [from, to]: [[f64; 3]; 2]) -> bool {
 fn named(kind: PairKind, corners: [u32; 4]) -> [Vec<u32>; 2] {
     let split = if kind == PairKind::Edges { 2 } else { 1 };
     let mut parts = [corners[..split].to_vec(), corners[split..].to_vec()];
-    parts.iter_mut().for_each(|part| part.sort_unstable());
+    for part in &mut parts {
+        part.sort_unstable();
+    }
     parts.sort();
     parts
 }

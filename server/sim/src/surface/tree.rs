@@ -253,8 +253,10 @@ impl Pairs<'_> {
         let triangles = self.faces.triangles();
         let own = self.around(&triangles[face]);
         let mut edges = [([0; 2], Bounds::NONE); 3];
-        for (slot, edge) in edges.iter_mut().zip(self.faces.edges(face)) {
-            *slot = (edge, self.around(&edge));
+        let mut count = 0;
+        for edge in self.faces.edges(face) {
+            edges[count] = (edge, self.around(&edge));
+            count += 1;
         }
         let mut add = |kind, corners: [u32; 4], triangle| {
             if !corners.iter().all(|corner| (self.skip)(*corner)) {
@@ -266,16 +268,16 @@ impl Pairs<'_> {
             for (from, to, bounds) in [(face, *other, &around), (*other, face, &own)] {
                 let [a, b, c] = triangles[to];
                 for v in self.faces.vertices(from) {
-                    if self.corners[v as usize].meets(bounds) && v != a && v != b && v != c {
+                    if v != a && v != b && v != c && self.corners[v as usize].meets(bounds) {
                         add(PairKind::VertexTriangle, [v, a, b, c], to as u32);
                     }
                 }
             }
             for [c, d] in self.faces.edges(*other) {
                 let around = self.around(&[c, d]);
-                for (edge, bounds) in &edges {
+                for (edge, bounds) in &edges[..count] {
                     let [a, b] = *edge;
-                    if bounds.meets(&around) && a != c && a != d && b != c && b != d {
+                    if a != c && a != d && b != c && b != d && bounds.meets(&around) {
                         add(PairKind::Edges, [a, b, c, d], u32::MAX);
                     }
                 }
