@@ -6,7 +6,7 @@
 
 use crate::math::Vec3;
 
-/// Parts meet at an angle whose square of the sine is less than this: their normal is not trusted alone.
+/// Of triangles whose square of the sine at the first corner is less than this the normal is not trusted alone.
 const FLAT: f64 = 1e-12;
 /// Squares of sines of angles between edges that may count as parallel.
 const NEARLY_PARALLEL: f64 = 1e-6;

@@ -71,7 +71,7 @@ impl Faces {
         (self.owned[triangle] >> (PARTS + edge)) & 1 == 1
     }
 
-    /// The corners that a triangle owns, each with its place.
+    /// The corners that a triangle owns.
     #[inline]
     pub(super) fn vertices(&self, triangle: usize) -> impl Iterator<Item = u32> {
         let corners = self.triangles[triangle];

@@ -254,9 +254,9 @@ impl Pairs<'_> {
         let own = self.around(&triangles[face]);
         let mut edges = [([0; 2], Bounds::NONE); 3];
         let mut count = 0;
-        for edge in self.faces.edges(face) {
-            edges[count] = (edge, self.around(&edge));
-            count += 1;
+        for (place, edge) in self.faces.edges(face).enumerate() {
+            edges[place] = (edge, self.around(&edge));
+            count = place + 1;
         }
         let mut add = |kind, corners: [u32; 4], triangle| {
             if !corners.iter().all(|corner| (self.skip)(*corner)) {
