@@ -1,4 +1,4 @@
-//! Surfaces of triangles that may come close to themselves: which parts do, how far apart they are, what crosses.
+//! Surfaces that may come close to themselves: which of their parts do, how far apart, what crosses.
 //!
 //! Pure geometry in binary64, about particles and triangles by number; no physics and no state but boxes that are made
 //! anew. Two triangles come as close as a vertex of one and the other, or as an edge of one and an edge of the other.

@@ -1,4 +1,4 @@
-//! How far apart two parts are along a direction: what shows that they keep apart, at less cost than their closest points.
+//! How far apart two parts are along a direction, which costs less than their closest points.
 //!
 //! Reads four places (m) and a direction; writes a gap, in m for a direction of length 1. The gap at a time between two states
 //! is no smaller than the lesser of theirs where particles go straight: along a direction the least height of one part is
