@@ -1,4 +1,4 @@
-//! Boxes along the axes in binary32, rounded outwards: one, and four of which another one may meet some.
+//! Boxes along the axes in binary32, rounded outwards: one, and four at once that another may meet.
 //!
 //! Boxes (m) enter in binary64. Lanes are compared by the sign of a difference, which compilers make vector instructions of.
 
