@@ -47,7 +47,11 @@ fn cloth_that_meets_itself_has_the_same_bits_for_1_to_4_threads_and_every_width_
             }
             for level in SimdLevel::ALL {
                 let used = force_simd_level(*level);
-                assert_eq!(stepped(&scene, precision).state_hash(), alone, "{name} in {precision} by {used:?}");
+                assert_eq!(
+                    stepped(&scene, precision).state_hash(),
+                    alone,
+                    "{name} in {precision} by {used:?}"
+                );
             }
             force_simd_level(best);
         }

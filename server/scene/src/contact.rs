@@ -26,10 +26,7 @@ pub(crate) fn deserialize<'de, D: Deserializer<'de>>(text: D) -> Result<Option<S
 }
 
 #[expect(clippy::ref_option, reason = "serde hands over a reference to the field")]
-pub(crate) fn serialize<S: Serializer>(
-    contact: &Option<SurfaceSettings>,
-    to: S,
-) -> Result<S::Ok, S::Error> {
+pub(crate) fn serialize<S: Serializer>(contact: &Option<SurfaceSettings>, to: S) -> Result<S::Ok, S::Error> {
     let text = |SurfaceSettings { friction, surface }| Text { friction, surface };
     contact.map(text).serialize(to)
 }

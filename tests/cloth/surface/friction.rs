@@ -24,7 +24,11 @@ fn on_a_slope(share: f64) -> Scene {
     below.pins = (0..below.x.len() as u32).collect();
     let above = Sheet::level(SIDE, 0.02, [0.0013, thickness, 0.0017], 0.1);
     let (sin, cos) = (share * FRICTION).atan().sin_cos();
-    scene(together(&[below, above.network()]), thickness, FRICTION).under([GRAVITY * sin, -GRAVITY * cos, 0.0])
+    scene(together(&[below, above.network()]), thickness, FRICTION).under([
+        GRAVITY * sin,
+        -GRAVITY * cos,
+        0.0,
+    ])
 }
 
 /// The mean place (m) of what lies on top, down the slope.

@@ -11,9 +11,8 @@ const SPACING: f64 = 0.02;
 /// A box of walls around a place where a sheet of `side` x `side` particles just fits.
 fn flung_box(side: usize, margin: f64) -> Vec<Collider> {
     let half = 0.5 * SPACING * side as f64 + 0.05;
-    let upright = |name: &str, x: f64, z: f64| {
-        wall(name, [-half * x, 0.0, -half * z], [x, 0.0, z], 0.3, margin)
-    };
+    let upright =
+        |name: &str, x: f64, z: f64| wall(name, [-half * x, 0.0, -half * z], [x, 0.0, z], 0.3, margin);
     let sides = [("left", 1.0, 0.0), ("right", -1.0, 0.0), ("back", 0.0, 1.0), ("front", 0.0, -1.0)];
     let walls = sides.into_iter().map(|(name, x, z)| upright(name, x, z));
     [floor(0.0, 0.3, margin)].into_iter().chain(walls).collect()

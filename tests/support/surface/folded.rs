@@ -8,11 +8,7 @@ use super::{
     scenes::{Case, DT, floor, scene},
     tally::{Tally, Watched},
 };
-use crate::{
-    numbering::renumbered,
-    scene::positions,
-    sheets::Sheet,
-};
+use crate::{numbering::renumbered, scene::positions, sheets::Sheet};
 
 /// A towel, and how fast it is folded.
 #[derive(Clone, Copy, Debug, PartialEq)]

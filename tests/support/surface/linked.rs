@@ -51,8 +51,7 @@ pub fn linked_rings(thickness: f64, case: &Case) -> Rings {
     let upper = |angle: f64, along: f64| [radius * angle.sin(), radius * angle.cos(), along];
     let lower = |angle: f64, along: f64| [along, radius * (angle.cos() - 1.0), radius * angle.sin()];
     let density = 0.25;
-    let both =
-        together(&[band(SIZE, SPACING, upper, density), band(SIZE, SPACING, lower, density)]);
+    let both = together(&[band(SIZE, SPACING, upper, density), band(SIZE, SPACING, lower, density)]);
     let to = case.numbering.of(both.x.len());
     let [around, across] = SIZE;
     let mut network = renumbered(&both, &to);

@@ -48,9 +48,8 @@ impl Case {
     /// Both precisions, without friction and with it, in each numbering.
     pub fn all() -> Vec<Self> {
         let of = |precision| {
-            let rubbing = move |friction| {
-                Numbering::ALL.map(move |numbering| Self { precision, friction, numbering })
-            };
+            let rubbing =
+                move |friction| Numbering::ALL.map(move |numbering| Self { precision, friction, numbering });
             [0.0, 0.3].into_iter().flat_map(rubbing)
         };
         Precision::ALL.into_iter().flat_map(of).collect()

@@ -37,12 +37,16 @@ pub fn piled([count, side]: [usize; 2], thickness: f64, case: &Case) -> Scene {
 
 /// So many sheets of `side` x `side` particles, so far (m) from one to the next, that fall on a ball of a radius (m) and slide to
 /// the floor that it stands on.
-pub fn on_a_ball([count, side]: [usize; 2], [spacing, radius]: [f64; 2], thickness: f64, case: &Case) -> Scene {
+pub fn on_a_ball(
+    [count, side]: [usize; 2],
+    [spacing, radius]: [f64; 2],
+    thickness: f64,
+    case: &Case,
+) -> Scene {
     let network = stack([count, side], spacing, [2.0 * radius + 0.02, 0.03], 0.1, 2e-4);
     let network = renumbered(&network, &case.numbering.of(network.x.len()));
     let mut scene = scene(network, thickness, case.friction);
     let margin = 0.5 * thickness;
-    scene.colliders =
-        vec![ball([0.0, radius, 0.0], radius, 0.3, margin + 1e-3), floor(0.0, 0.3, margin)];
+    scene.colliders = vec![ball([0.0, radius, 0.0], radius, 0.3, margin + 1e-3), floor(0.0, 0.3, margin)];
     scene
 }

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use crate::support::{SMALL_SCENE, folder, nappe, write_scene};
 
 /// Two triangles that go through each other: an edge of each crosses the other.
-const CROSSED: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.2 0.25 -0.5\nv 0.2 0.25 0.5\nv 5 5.1 0.1\nf 1 2 3\nf 4 5 6\n";
+const CROSSED: &str =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.2 0.25 -0.5\nv 0.2 0.25 0.5\nv 5 5.1 0.1\nf 1 2 3\nf 4 5 6\n";
 
 #[test]
 fn a_run_tells_what_kept_surfaces_apart_and_counts_crossings_where_that_is_asked_for() {
@@ -51,11 +52,17 @@ fn a_check_tells_where_surfaces_cross_and_refuses_that_with_a_thickness() {
     let found = (crossing["triangle"].clone(), crossing["edge"].clone());
     assert!(pairs.contains(&found), "{checked}");
     let text = nappe(&["check", &free]).ok().stdout;
-    assert!(text.contains("body 'two': 2 times an edge crosses a triangle, first that of particles"), "{text}");
+    assert!(
+        text.contains("body 'two': 2 times an edge crosses a triangle, first that of particles"),
+        "{text}"
+    );
 
     let done = nappe(&["check", &scene("thickness = 0.001\n")]);
     assert_eq!(done.code, Some(1), "{done:?}");
-    assert!(done.stderr.contains("body 'two'") && done.stderr.contains("2 times an edge crosses"), "{done:?}");
+    assert!(
+        done.stderr.contains("body 'two'") && done.stderr.contains("2 times an edge crosses"),
+        "{done:?}"
+    );
 
     let plain = nappe(&["check", "flag", "--json"]).ok().json();
     assert_eq!(plain["crossings"], json!([]));

@@ -21,8 +21,7 @@ use super::{
     repair,
     size::{self, Owner, Size},
     start::ClothStart,
-    thickness,
-    units,
+    thickness, units,
 };
 use crate::{
     body::{Body, ElementLaw, GridPlane, Mesh, MeshRepair, Pattern, SpringLaw, Springs},

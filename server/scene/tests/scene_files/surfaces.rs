@@ -56,7 +56,11 @@ fn a_thickness_and_how_surfaces_meet_are_read_with_their_defaults() {
 fn what_cannot_be_kept_apart_is_refused_with_its_key() {
     for (root, body, told) in [
         ("", "thickness = -1", "body[0].thickness: is -1"),
-        ("", "thickness = 0.06", "body[0].thickness: is 0.06 m, above half of the shortest edge, which is 0.1 m long"),
+        (
+            "",
+            "thickness = 0.06",
+            "body[0].thickness: is 0.06 m, above half of the shortest edge, which is 0.1 m long",
+        ),
         (
             "",
             "thickness = 0.01\nintegrator = \"bdf2\"",
@@ -95,17 +99,23 @@ fn a_second_body_with_a_thickness_is_refused_and_so_are_ranks() {
     let second = body.replace("\"sheet\"", "\"other\"");
     let built = build(&format!("{one}[[body]]{second}")).expect("it can be built");
     let error = refused(&built);
-    assert!(error.contains("'other'") && error.contains("'sheet'") && error.contains("contact between bodies"), "{error}");
+    assert!(
+        error.contains("'other'") && error.contains("'sheet'") && error.contains("contact between bodies"),
+        "{error}"
+    );
 
     let built = build(&one).expect("it can be built");
-    let error = built.setup.check_for_ranks().expect_err("ranks do not see each other's surfaces").to_string();
+    let error =
+        built.setup.check_for_ranks().expect_err("ranks do not see each other's surfaces").to_string();
     assert!(error.contains("'sheet'") && error.contains("thickness"), "{error}");
 }
 
 #[test]
 fn a_thin_margin_and_a_friction_of_nothing_are_told() {
     let warned = |root: &str, body: &str, margin: &str| {
-        let ball = format!("[[collider]]\nname = \"ball\"\nsphere = {{ center = [0, -2, 0], radius = 1 }}\nmargin = {margin}\n");
+        let ball = format!(
+            "[[collider]]\nname = \"ball\"\nsphere = {{ center = [0, -2, 0], radius = 1 }}\nmargin = {margin}\n"
+        );
         build(&(text(root, body) + &ball)).expect("it can be built").warnings.join("; ")
     };
     let thin = warned("", "thickness = 0.01", "0.004");
@@ -159,7 +169,8 @@ fn a_surface_that_crosses_itself_at_the_start_is_refused_with_the_first_pair() {
         scene.build(&meshes, &SceneLimits::default()).expect("it can be built")
     };
     let error = refused(&built("thickness = 0.001"));
-    let pairs = ["particles 3 and 4 crosses that of 0, 1 and 2", "particles 1 and 2 crosses that of 3, 4 and 5"];
+    let pairs =
+        ["particles 3 and 4 crosses that of 0, 1 and 2", "particles 1 and 2 crosses that of 3, 4 and 5"];
     assert!(error.contains("2 times") && pairs.iter().any(|pair| error.contains(pair)), "{error}");
 
     let without = built("");

@@ -152,7 +152,11 @@ impl<R: Real> Stepping<'_, R> {
     }
 
     /// Computes where a sub-step of `dt` (s), which ends at `time` (s), leads, and judges it; what energy it may have, where that is judged.
-    fn go(&mut self, [dt, time]: [f64; 2], watch: &mut dyn Stopwatch) -> Result<Option<Allowance>, StepFailure> {
+    fn go(
+        &mut self,
+        [dt, time]: [f64; 2],
+        watch: &mut dyn Stopwatch,
+    ) -> Result<Option<Allowance>, StepFailure> {
         self.work.begin_substep(self.state);
         self.refresh(dt);
         let asked = self.settings.time_step.asked(self.around.dt);

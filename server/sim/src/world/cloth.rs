@@ -84,7 +84,8 @@ impl<R: Real> Cloth<R> {
         let (model, parameters, warnings) = made.map_err(refused)?;
         let crossed = if network.thickness > 0.0 { network.crossed() } else { None };
         if let Some(crossed) = crossed {
-            let message = format!("it has a thickness, and its surface crosses itself at the start: {crossed}");
+            let message =
+                format!("it has a thickness, and its surface crosses itself at the start: {crossed}");
             return Err(refused(message));
         }
         let state = State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };

@@ -137,8 +137,10 @@ impl WorldSetup {
 
         let mut thick = self.bodies.iter().filter(|body| body.network.thickness > 0.0);
         if let (Some(first), Some(second)) = (thick.next(), thick.next()) {
-            let message =
-                format!("it has a thickness, as body '{}' has: contact between bodies is not computed yet", first.name);
+            let message = format!(
+                "it has a thickness, as body '{}' has: contact between bodies is not computed yet",
+                first.name
+            );
             return Err(SetupError::Body { body: second.name.clone(), message });
         }
 

@@ -32,12 +32,14 @@ impl PairEnergy {
     ) -> Self {
         let mut sum = Self::default();
         for pair in pairs.iter().filter(|pair| pair.activity.pushes()) {
-            let velocity = |field: &[Padded<R>]| pair.candidate.corners.map(|corner| wide(&field[corner as usize]));
+            let velocity =
+                |field: &[Padded<R>]| pair.candidate.corners.map(|corner| wide(&field[corner as usize]));
             let driven = pair.candidate.corners.map(|corner| {
                 let is_free = model.inv_m[corner as usize] > R::zero();
                 if is_free { Vec3::zeros() } else { wide(&before[corner as usize]) }
             });
-            let [moved, went_on, went] = [driven, velocity(before), velocity(after)].map(|v| pair.relative(v));
+            let [moved, went_on, went] =
+                [driven, velocity(before), velocity(after)].map(|v| pair.relative(v));
             let along = went_on - pair.normal * went_on.dot(&pair.normal);
             sum.is_driven |= moved != Vec3::zeros();
             sum.start += pair.energy(&(moved * dt), dt);

@@ -141,7 +141,13 @@ impl Pair {
 
     /// Looks at where the solve of a round leads, from the relative way (m) in `dt` (s): drops what pulls, adds what bears and falls short, hardens
     /// what is too thin before the round `last`, and takes over friction of a coefficient.
-    pub(crate) fn review(&mut self, way: &Vec3<f64>, dt: f64, friction: f64, [round, last]: [u32; 2]) -> Change {
+    pub(crate) fn review(
+        &mut self,
+        way: &Vec3<f64>,
+        dt: f64,
+        friction: f64,
+        [round, last]: [u32; 2],
+    ) -> Change {
         let gap = self.gap_after(way);
         if !self.activity.pushes() {
             if self.bears && self.can_push() && gap < self.target - SHORT * self.thickness {
@@ -205,7 +211,9 @@ fn bears(surface: &Surface, candidate: &Candidate, inside: Inside) -> bool {
     match (candidate.kind, inside) {
         (_, Inside::Both) => true,
         (PairKind::VertexTriangle, Inside::Edge(edge)) => surface.faces.owns_edge(triangle, edge.into()),
-        (PairKind::VertexTriangle, Inside::Corner(corner)) => surface.faces.owns_vertex(triangle, corner.into()),
+        (PairKind::VertexTriangle, Inside::Corner(corner)) => {
+            surface.faces.owns_vertex(triangle, corner.into())
+        }
         _ => false,
     }
 }

@@ -164,7 +164,11 @@ impl<R: Real> Contact<R> {
             return;
         }
         for wall in self.walls.iter_mut().flatten() {
-            wall.keep_push(&wide(&next.v[wall.particle as usize]), dt, model.inv_m[wall.particle as usize].to_f64());
+            wall.keep_push(
+                &wide(&next.v[wall.particle as usize]),
+                dt,
+                model.inv_m[wall.particle as usize].to_f64(),
+            );
         }
         let Self { walls, given, ends: [x, v], kept, .. } = self;
         rub(model, colliders, walls, given, (&state.x, dt), [x, v]);
@@ -211,7 +215,8 @@ impl<R: Real> Contact<R> {
                 let floor = FLOOR * R::ROUNDING * largest;
                 look.is_unsafe = !is_safe(pair, at(&state.x), end, floor);
                 let way = pair.relative(at(&next.v)) * dt;
-                look.is_changed = pair.review(&way, dt, friction, [round, ROUNDS - LAST]) == Change::Something;
+                look.is_changed =
+                    pair.review(&way, dt, friction, [round, ROUNDS - LAST]) == Change::Something;
             }
         });
     }

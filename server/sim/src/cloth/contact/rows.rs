@@ -2,11 +2,7 @@
 //!
 //! A block has the pairs that touch it, in their order, so that a row adds them in one order whatever the number of threads.
 
-use super::{
-    pair::Pair,
-    wall::Wall,
-    ways::wide,
-};
+use super::{pair::Pair, wall::Wall, ways::wide};
 use crate::{
     cloth::layout::Model,
     linalg::{Inverse3, Symmetric3},
@@ -130,7 +126,8 @@ impl<R: Real> PairRows<R> {
         size(b, rows.len());
         size(inverse, of_evaluation.len());
         let (pushes, starts, of_blocks) = (&*pushes, &*starts, &*of_blocks);
-        let fields = (per_sixteen_mut(b), per_sixteen_mut(inverse), per_sixteen(rows), per_sixteen(of_evaluation));
+        let fields =
+            (per_sixteen_mut(b), per_sixteen_mut(inverse), per_sixteen(rows), per_sixteen(of_evaluation));
         let scratch = Vec::new;
         model.share.own().each_with(scratch, fields, |added: &mut Vec<Symmetric3>, block, parts| {
             let (b, inverse, rows, of_evaluation) = parts;
@@ -152,7 +149,8 @@ impl<R: Real> PairRows<R> {
                     push.add_to(&mut added[row], weight.to_f64());
                 }
             }
-            for (row, added) in added.iter().enumerate().filter(|(_, added)| **added != Symmetric3::default()) {
+            for (row, added) in added.iter().enumerate().filter(|(_, added)| **added != Symmetric3::default())
+            {
                 inverse[row / LANES].add(row % LANES, added);
             }
         });
@@ -180,16 +178,19 @@ impl<R: Real> Push<R> {
     fn blocks(&self, block_size: usize) -> impl Iterator<Item = usize> {
         let of = self.corners.map(|corner| corner as usize / block_size);
         let weights = self.weights;
-        (0..4).filter(move |&k| weights[k] != R::zero() && !(0..k).any(|j| weights[j] != R::zero() && of[j] == of[k]))
+        (0..4)
+            .filter(move |&k| {
+                weights[k] != R::zero() && !(0..k).any(|j| weights[j] != R::zero() && of[j] == of[k])
+            })
             .map(move |k| of[k])
     }
 
     /// Its corners among rows, from the first of these on, with their weights.
     fn rows(&self, own: std::ops::Range<usize>) -> impl Iterator<Item = (usize, R)> {
-        let (corners, weights) = (self.corners, self.weights);
+        let (corners, weights, start) = (self.corners, self.weights, own.start);
         (0..4)
             .filter(move |&k| weights[k] != R::zero() && own.contains(&(corners[k] as usize)))
-            .map(move |k| (corners[k] as usize - own.start, weights[k]))
+            .map(move |k| (corners[k] as usize - start, weights[k]))
     }
 
     /// What it makes of a vector at a weight of 1.

@@ -3,7 +3,7 @@
 use crate::{
     cloth::layout::Model,
     math::{Padded, Real, Vec3},
-    parallel::{per_row, per_row_mut},
+    parallel::per_row_mut,
 };
 
 /// The box about a way: its least and its greatest corner (m).

@@ -1,7 +1,10 @@
 //! The surface of a cloth: its faces, where they are at rest, and how far apart parts of it stay.
 
 use crate::{
-    cloth::{network::{Components, Network}, settings::{ClothSettings, SurfaceCheck}},
+    cloth::{
+        network::{Components, Network},
+        settings::{ClothSettings, SurfaceCheck},
+    },
     math::{Vec3, vec3},
     surface::{Candidate, Faces, closest},
 };
@@ -22,7 +25,12 @@ pub(crate) struct Surface {
 
 impl Surface {
     /// That of a network, where its settings or its thickness ask for one; `place` gives the model's numbering.
-    pub(crate) fn of(network: &Network, settings: &ClothSettings, place: &[u32], user: &[u32]) -> Option<Self> {
+    pub(crate) fn of(
+        network: &Network,
+        settings: &ClothSettings,
+        place: &[u32],
+        user: &[u32],
+    ) -> Option<Self> {
         let counts = settings.contact.surface == SurfaceCheck::Count;
         if network.triangles.is_empty() || network.thickness == 0.0 && !counts {
             return None;
