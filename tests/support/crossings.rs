@@ -6,6 +6,9 @@ use std::collections::BTreeSet;
 
 use nappe_sim::math::array::{cross, dot, length, minus};
 
+/// Volumes, over the cube of the longest side, that count as none.
+const LEVEL: f64 = 1e-12;
+
 /// The edges of triangles, each once.
 fn edges(triangles: &[[u32; 3]]) -> BTreeSet<[u32; 2]> {
     let sides = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
@@ -20,7 +23,10 @@ fn volume(a: [f64; 3], b: [f64; 3], c: [f64; 3], d: [f64; 3]) -> f64 {
 /// Whether a segment goes through the inside of a triangle: 1 from behind to the front, -1 the other way, 0 if it does not.
 fn passes([p, q]: [[f64; 3]; 2], [a, b, c]: [[f64; 3]; 3]) -> i64 {
     let [before, after] = [volume(a, b, c, p), volume(a, b, c, q)];
-    if before * after >= 0.0 {
+    let largest = [minus(b, a), minus(c, a), minus(q, p)].map(length).into_iter().fold(0.0, f64::max);
+    // What lies in the plane but for rounding is on no side of it.
+    let level = LEVEL * largest * largest * largest;
+    if before * after >= 0.0 || before.abs().min(after.abs()) < level {
         return 0;
     }
     let around = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
@@ -71,9 +77,11 @@ pub fn crossings(triangles: &[[u32; 3]], x: &[[f64; 3]]) -> u64 {
 }
 
 /// How often two closed lines of straight pieces are linked, with its sign: how often the first one goes through triangles that
-/// join each piece of the second one with its middle.
+/// join each piece of the second one with a place near its middle.
 pub fn linking(a: &[[f64; 3]], b: &[[f64; 3]]) -> i64 {
-    let middle = [0, 1, 2].map(|c| b.iter().map(|point| point[c]).sum::<f64>() / b.len() as f64);
+    // Beside its middle, where another line may go through.
+    let middle =
+        [0, 1, 2].map(|c| 0.2 * b[0][c] + 0.8 * b.iter().map(|point| point[c]).sum::<f64>() / b.len() as f64);
     let piece = |line: &[[f64; 3]], i: usize| [line[i], line[(i + 1) % line.len()]];
     let through = |segment: [[f64; 3]; 2]| -> i64 {
         (0..b.len()).map(|i| piece(b, i)).map(|[p, q]| passes(segment, [middle, p, q])).sum()

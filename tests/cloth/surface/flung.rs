@@ -5,10 +5,10 @@ use nappe_tests::{
     threads::with_threads,
 };
 
-const SIDE: usize = 10;
+const SIDE: usize = 16;
 
 /// Steps in which a sheet folds, meets walls and falls to the floor.
-const STEPS: u64 = 100;
+const STEPS: u64 = 120;
 
 /// What runs over some seeds come to.
 fn all(seeds: std::ops::Range<u64>, thickness: f64, cases: &[Case]) -> Tally {

@@ -48,7 +48,11 @@ impl Rings {
 pub fn linked_rings(thickness: f64, case: &Case) -> Rings {
     let radius = SPACING * SIZE[0] as f64 / std::f64::consts::TAU;
     // The lower one goes through the middle of the upper one.
-    let upper = |angle: f64, along: f64| [radius * angle.sin(), radius * angle.cos(), along];
+    // Turned a little, so that no particle lies in the plane of the other ring.
+    let upper = |angle: f64, along: f64| {
+        let (sin, cos) = (angle + 0.07).sin_cos();
+        [radius * sin, radius * cos, along]
+    };
     let lower = |angle: f64, along: f64| [along, radius * (angle.cos() - 1.0), radius * angle.sin()];
     let density = 0.25;
     let both = together(&[band(SIZE, SPACING, upper, density), band(SIZE, SPACING, lower, density)]);

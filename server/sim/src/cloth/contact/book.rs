@@ -51,7 +51,8 @@ impl PairEnergy {
             let [went_on, went] = [before, after].map(|field| wide(&field[wall.particle as usize]));
             sum.is_driven |= wall.velocity != Vec3::zeros();
             sum.start += wall.energy(&Vec3::zeros(), dt);
-            sum.at_velocity += wall.energy(&went_on, dt);
+            sum.at_velocity +=
+                wall.energy(&went_on, dt) + 0.5 * wall.rub * wall.along(&went_on).norm_squared();
             sum.end += wall.energy(&went, dt);
             sum.has_any = true;
         }

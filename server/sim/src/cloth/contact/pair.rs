@@ -11,19 +11,21 @@ use crate::{
 };
 
 /// h² k over the reduced mass of a pair.
-const STIFFNESS: f64 = 100.0;
+pub(super) const STIFFNESS: f64 = 100.0;
 /// Share of the gap at the start that a pair must keep on its way.
 pub(crate) const KEPT: f64 = 0.1;
 /// Share of lost thickness that a sub-step gives back. All at once would throw what lies on top.
-const REGAINED: f64 = 0.1;
+pub(super) const REGAINED: f64 = 0.1;
 /// Shares of the thickness by which an active pair may pull before it is dropped, and by which another may fall short before it is added.
-const PULL: f64 = 0.02;
-const SHORT: f64 = 0.01;
+pub(super) const PULL: f64 = 0.0003;
+pub(super) const SHORT: f64 = 0.01;
 /// Share of the thickness and of the gap at the start below which a pair is made harder, and how much.
 const THIN: f64 = 0.5;
-const HARDER: f64 = 4.0;
+pub(super) const HARDER: f64 = 4.0;
+/// Friction over Coulomb's bound from which on a pair slips.
+const SLIPS: f64 = 1.05;
 /// Least speed (m/s) along each other by which friction is divided: what rests creeps.
-const CREEP: f64 = 1e-3;
+pub(super) const CREEP: f64 = 1e-3;
 
 /// A pair in a sub-step.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +42,9 @@ pub(crate) struct Pair {
     pub(crate) stiffness: f64,
     /// Friction: h times force over speed (kg).
     pub(crate) rub: f64,
+    /// Speeds along each other (m/s): that at which friction reaches its bound, and that without friction.
+    slip: f64,
+    free_speed: f64,
     pub(crate) activity: Activity,
     /// Whether its closest points are such that it may be added to those that push.
     bears: bool,
@@ -74,14 +79,14 @@ pub(crate) enum Change {
 }
 
 impl Pair {
-    /// A pair in a sub-step that begins with its corners at `x` (m), of inverse masses `inv_m` (1/kg), and that would go by `ways` (m)
-    /// without forces. None where it stays apart whatever happens as long as no corner ends farther than the thickness from there.
+    /// A pair in a sub-step that begins with its corners at `x` (m), of inverse masses `inv_m` (1/kg), of velocities `v` (m/s), and
+    /// that would go by `ways` (m) without forces. None where it stays apart whatever happens as long as no corner ends farther than the thickness from there.
     pub(crate) fn near(
         surface: &Surface,
         candidate: Candidate,
         x: [Vec3<f64>; 4],
         inv_m: [f64; 4],
-        ways: [Vec3<f64>; 4],
+        (ways, v): ([Vec3<f64>; 4], [Vec3<f64>; 4]),
     ) -> Option<Self> {
         let found = closest(candidate.kind, x);
         let gap = found.difference.norm();
@@ -103,10 +108,16 @@ impl Pair {
             target,
             stiffness: if softness > 0.0 { STIFFNESS / softness } else { 0.0 },
             rub: 0.0,
+            slip: CREEP,
+            free_speed: 0.0,
             activity: Activity::Idle,
             bears: bears(surface, &candidate, found.inside),
         };
-        if pair.can_push() && pair.bears && pair.gap_after(&pair.relative(ways)) < pair.target {
+        let velocity = pair.relative(v);
+        pair.slip = (velocity - pair.normal * velocity.dot(&pair.normal)).norm().max(CREEP);
+        let freely = pair.gap_after(&pair.relative(ways));
+        let is_near = gap < (1.0 + SHORT) * thickness && freely < pair.target;
+        if pair.can_push() && pair.bears && (is_near || freely < THIN * thickness) {
             pair.activity = Activity::Active;
         }
         Some(pair)
@@ -152,6 +163,8 @@ impl Pair {
         if !self.activity.pushes() {
             if self.bears && self.can_push() && gap < self.target - SHORT * self.thickness {
                 self.activity = self.activity.added();
+                // As if it carried itself alone.
+                self.rub = friction * self.impulse(way, dt) / (STIFFNESS * self.slip);
                 return Change::Something;
             }
             return Change::Nothing;
@@ -165,16 +178,29 @@ impl Pair {
             self.stiffness *= HARDER;
             change = Change::Something;
         }
-        if friction > 0.0 {
-            let velocity = way / dt;
-            let along = velocity - self.normal * velocity.dot(&self.normal);
-            let rub = friction * self.impulse(way, dt).max(0.0) / along.norm().max(CREEP);
-            if round == 0 && rub > 0.0 {
-                change = Change::Something;
-            }
-            self.rub = rub;
+        if friction > 0.0 && self.rubs_otherwise(way, dt, friction, round) {
+            change = Change::Something;
         }
         change
+    }
+
+    /// Takes over friction of a coefficient from the relative way (m) in `dt` (s); whether that calls for another solve. The first solve of a sub-step
+    /// has none, and says how fast the pair goes without. The next one has that which holds it at the speed that it came with. If
+    /// that is more than Coulomb's bound, it slips: by a chord of the two, at the speed at which friction is the bound.
+    fn rubs_otherwise(&mut self, way: &Vec3<f64>, dt: f64, friction: f64, round: u32) -> bool {
+        let bound = friction * self.impulse(way, dt).max(0.0);
+        let velocity = way / dt;
+        let speed = (velocity - self.normal * velocity.dot(&self.normal)).norm();
+        let had = self.rub * speed;
+        let slips = self.rub > 0.0 && had > SLIPS * bound;
+        if self.rub == 0.0 {
+            self.free_speed = speed;
+        } else if slips {
+            let slower = (self.free_speed - speed).max(0.0);
+            self.slip = (speed + slower * (had - bound) / had).max(CREEP);
+        }
+        self.rub = bound / self.slip;
+        bound > 0.0 && (round == 0 || slips)
     }
 
     /// What was not certified pushes from now on, or pushes harder.
@@ -191,7 +217,8 @@ impl Pair {
 
     /// Goes on as the same pair did that was found before.
     pub(crate) fn go_on(&mut self, before: &Self) {
-        (self.stiffness, self.rub, self.activity) = (before.stiffness, before.rub, before.activity);
+        (self.stiffness, self.activity) = (before.stiffness, before.activity);
+        (self.rub, self.slip, self.free_speed) = (before.rub, before.slip, before.free_speed);
         self.bears = before.bears;
     }
 }

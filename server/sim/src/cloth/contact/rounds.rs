@@ -123,7 +123,10 @@ impl<R: Real> Contact<R> {
         let mut is_changed = false;
         for wall in self.walls.iter_mut().flatten() {
             let velocity = wide(&next.v[wall.particle as usize]);
-            is_changed |= wall.review(&velocity, dt, surface.thickness);
+            let friction = scene.colliders[wall.collider as usize].friction;
+            let inv_m = model.inv_m[wall.particle as usize].to_f64();
+            is_changed |=
+                wall.review((&velocity, dt), surface.thickness, (friction, inv_m), [round, ROUNDS - LAST]);
         }
         self.look(scene, next, round);
         let mut is_unsafe = false;
@@ -134,7 +137,7 @@ impl<R: Real> Contact<R> {
                 if !is_unsafe {
                     let [first, .., last] = pair.candidate.corners;
                     let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
-                    self.first_unsafe = Some(([first, last], separation(pair, end).min(pair.gap)));
+                    self.first_unsafe = Some(([first, last], separation(pair, end).clamp(0.0, pair.gap)));
                 }
                 is_unsafe = true;
                 pair.insist();
@@ -224,14 +227,14 @@ impl<R: Real> Contact<R> {
     /// Looks for pairs about the ways that the last solve led along.
     fn look_again(&mut self, scene: Scene<'_, R>) {
         let Scene { model, surface, state, .. } = scene;
-        self.search.again(model, surface, [&state.x, &self.ends[0]], &mut self.pairs);
+        self.search.again(model, surface, ([&state.x, &state.v], &self.ends[0]), &mut self.pairs);
         std::mem::swap(&mut self.walls, &mut self.walls_before);
         self.list_walls(scene);
         for (walls, before) in self.walls.iter_mut().zip(&self.walls_before) {
             for wall in walls {
                 let key = (wall.particle, wall.collider);
                 if let Ok(place) = before.binary_search_by_key(&key, |wall| (wall.particle, wall.collider)) {
-                    wall.activity = before[place].activity;
+                    (wall.activity, wall.rub) = (before[place].activity, before[place].rub);
                 }
             }
         }

@@ -79,13 +79,14 @@ impl<R: Real> PairRows<R> {
             });
         }
         for wall in walls.filter(|wall| wall.activity.pushes()) {
-            let given = wall.normal * wall.impulse(&wide(&v[wall.particle as usize]), dt);
+            let velocity = wide(&v[wall.particle as usize]);
+            let given = wall.normal * wall.impulse(&velocity, dt) - wall.along(&velocity) * wall.rub;
             self.pushes.push(Push {
                 corners: [wall.particle; 4],
                 weights: [R::one(), R::zero(), R::zero(), R::zero()],
                 normal: wall.normal.map(R::of),
-                along: R::of(wall.stiffness),
-                rub: R::zero(),
+                along: R::of(wall.stiffness - wall.rub),
+                rub: R::of(wall.rub),
                 given: given.map(R::of),
             });
         }

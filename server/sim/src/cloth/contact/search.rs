@@ -36,7 +36,7 @@ impl Search {
         pairs: &mut Vec<Pair>,
     ) {
         self.ways.predict(model, start, surface.thickness);
-        self.look(model, surface, start.x, pairs);
+        self.look(model, surface, [start.x, start.v], pairs);
     }
 
     /// Pairs for the ways to where a solve led; those that were known go on as they were.
@@ -44,13 +44,13 @@ impl Search {
         &mut self,
         model: &Model<R>,
         surface: &Surface,
-        [from, to]: [&[Padded<R>]; 2],
+        (from, to): ([&[Padded<R>]; 2], &[Padded<R>]),
         pairs: &mut Vec<Pair>,
     ) {
         self.before.clear();
         self.before.extend(pairs.iter().filter(|pair| pair.activity != Activity::Idle));
         self.before.sort_by_key(|pair| pair.candidate);
-        self.ways.follow(model, from, to);
+        self.ways.follow(model, from[0], to);
         self.look(model, surface, from, pairs);
         for pair in pairs {
             if let Ok(place) = self.before.binary_search_by_key(&pair.candidate, |pair| pair.candidate) {
@@ -59,7 +59,13 @@ impl Search {
         }
     }
 
-    fn look<R: Real>(&mut self, model: &Model<R>, surface: &Surface, x: &[Padded<R>], pairs: &mut Vec<Pair>) {
+    fn look<R: Real>(
+        &mut self,
+        model: &Model<R>,
+        surface: &Surface,
+        [x, v]: [&[Padded<R>]; 2],
+        pairs: &mut Vec<Pair>,
+    ) {
         let Self { tree, ways, candidates, looked, .. } = self;
         let (faces, ways) = (&surface.faces, &*ways);
         let tree = tree.get_or_insert_with(|| Tree::new(faces.triangles().len()));
@@ -75,7 +81,8 @@ impl Search {
                 let at = corners.map(|corner| wide(&x[corner as usize]));
                 let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
                 let ways = corners.map(|corner| ways.of(x, corner));
-                *looked = Pair::near(surface, *candidate, at, inv_m, ways);
+                let v = corners.map(|corner| wide(&v[corner as usize]));
+                *looked = Pair::near(surface, *candidate, at, inv_m, (ways, v));
             }
         });
         pairs.clear();
