@@ -88,6 +88,10 @@ pub(super) fn step<R: Real>(
             (error, without_history) = (error.max(of_cloth), without_history + steps);
         }
     }
+    if let Some(surface) = &mut report.surface {
+        let cut = |rejection: &&Rejection| matches!(rejection.cause, StepFailure::Contact { .. });
+        surface.failed = report.rejections.iter().filter(cut).count() as u64;
+    }
     let bound = next.shifted(bodies, asked);
     let preconditioner = report.solve.and_then(|solve| solve.preconditioner);
     report.cloth = Some(ClothSteps { substeps, rejected, without_history, dt, bound, error, preconditioner });
