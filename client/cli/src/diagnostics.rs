@@ -51,9 +51,10 @@ pub(crate) fn surfaces(surface: &v1::SurfaceReport) -> String {
         (failed > 0).then(|| format!("{} sub-steps not accepted", output::count(failed))),
         crossings.map(|count| format!("{} crossings", output::count(count))),
     ];
-    let told: String = told.into_iter().flatten().map(|part| format!("; {part}")).collect();
     let [pairs, active, rounds] = [pairs, active, rounds.into()].map(output::count);
-    format!("{active} of {pairs} pairs push, {rounds} rounds{told}")
+    let pushed = format!("{active} of {pairs} pairs push, {rounds} rounds");
+    let parts: Vec<String> = [pushed].into_iter().chain(told.into_iter().flatten()).collect();
+    parts.join("; ")
 }
 
 /// How many particles yielded, were inverted and so on: each count that is not 0.

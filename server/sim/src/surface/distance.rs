@@ -210,7 +210,7 @@ mod tests {
         assert!((second.iter().sum::<f64>() + 1.0).abs() < 1e-14, "{found:?}");
 
         let y = x.map(|place| place - x[0]);
-        let size = y.iter().map(|y| y.norm()).fold(0.0, f64::max);
+        let size = y.iter().map(Vec3::norm).fold(0.0, f64::max);
         let mixed = (0..4).fold(Vec3::zeros(), |sum, k| sum + y[k] * found.weights[k]);
         let n = found.difference;
         assert!((mixed - n).norm() <= 1e-15 * size, "{found:?}");

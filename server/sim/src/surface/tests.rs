@@ -167,7 +167,7 @@ fn far_from_the_origin_as_many_pairs_are_found() {
     let mut tree = Tree::new(faces.triangles().len());
     let mut found = |far: Vec3<f64>| {
         let ways: Vec<_> = near.iter().map(|x| [x + far, x + far]).collect();
-        candidates(&faces, &mut tree, &|points| around(&ways, points, 0.0078125), &|_| false)
+        candidates(&faces, &mut tree, &|points| around(&ways, points, 0.007_812_5), &|_| false)
     };
     let here = found(Vec3::zeros());
     assert!(here.len() > 100);

@@ -148,7 +148,7 @@ impl<R: Real> Cloth<R> {
     }
 
     /// What its step told, as that of a body, the largest error of its sub-steps, and how many had no history.
-    pub(super) fn told(&self, report: ClothReport) -> (BodyReport, ErrorEstimate, u32) {
+    pub(super) fn told(&self, report: &ClothReport) -> (BodyReport, ErrorEstimate, u32) {
         let ClothReport {
             diagnostics,
             contact_count,
@@ -159,7 +159,7 @@ impl<R: Real> Cloth<R> {
             mut notices,
             work,
             ..
-        } = report;
+        } = *report;
         let of_all = |particle: u64| particle + u64::from(self.first_particle);
         notices.first_passed = notices.first_passed.map(of_all);
         notices.first_pinched = notices.first_pinched.map(of_all);

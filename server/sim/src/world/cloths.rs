@@ -80,7 +80,7 @@ pub(super) fn step<R: Real>(
     for index in 0..bodies.len() {
         if let Some(cloth) = bodies[index].as_cloth_mut() {
             let told = cloth.stepping(around).finish(watch).map_err(|failure| (index, failure))?;
-            let (body, of_cloth, steps) = cloth.told(told);
+            let (body, of_cloth, steps) = cloth.told(&told);
             body.add_to(report);
             if let Some(loads) = Arc::get_mut(&mut report.loads) {
                 cloth.stepping(around).add_to(loads);

@@ -35,7 +35,9 @@ pub(crate) fn separation(pair: &Pair, x: [Vec3<f64>; 4]) -> f64 {
 fn advances(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], least: f64) -> bool {
     let mut ways: [Vec3<f64>; 4] = std::array::from_fn(|k| end[k] - start[k]);
     let mean = (ways[0] + ways[1] + ways[2] + ways[3]) * 0.25;
-    ways.iter_mut().for_each(|way| *way -= mean);
+    for way in &mut ways {
+        *way -= mean;
+    }
     let [a, b, c, d] = ways.map(|way| way.norm());
     let most = match pair.candidate.kind {
         PairKind::VertexTriangle => a + b.max(c).max(d),

@@ -14,7 +14,7 @@ use crate::{
         layout::{Model, Surface},
         state::State,
     },
-    collide::{BlockLoads, Collider, Contacts, Kept, resolve},
+    collide::{BlockLoads, Collider, Contacts, Felt, Kept, resolve},
     linalg::Inverse3,
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{Own, block_count, per_block, per_block_mut, per_row, per_row_mut, several_per_block_mut},
@@ -214,7 +214,7 @@ impl<R: Real> Contact<R> {
                 let corners = pair.candidate.corners;
                 let at = |field: &[Padded<R>]| corners.map(|corner| wide(&field[corner as usize]));
                 let end = at(&ends[0]);
-                let largest = end.iter().map(|x| x.amax()).fold(0.0, f64::max);
+                let largest = end.iter().map(Vec3::amax).fold(0.0, f64::max);
                 let floor = FLOOR * R::ROUNDING * largest;
                 look.is_unsafe = !is_safe(pair, at(&state.x), end, floor);
                 let way = pair.relative(at(&next.v)) * dt;
@@ -271,7 +271,7 @@ fn rub<R: Real>(
 ) {
     let blocks = block_count(model.count, model.block_size);
     let felt = given.sized_for(blocks, colliders.len());
-    felt.fill(Default::default());
+    felt.fill(Felt::default());
     let fields = (per_block(walls), [per_row_mut(x), per_row_mut(v)], per_row(from));
     let felt = several_per_block_mut(felt, colliders.len());
     model.share.own().each((fields, felt), |block, ((walls, [x, v], from), felt)| {
