@@ -38,7 +38,7 @@ fn a_scene_that_begins_a_nanometre_apart_is_taken() {
 #[test]
 fn a_thickness_above_half_of_the_shortest_edge_is_refused_with_both() {
     // Half of a 128th is 0.00390625.
-    let sheet = Sheet::level(4, 0.0078125, [0.0; 3], 0.0).network();
+    let sheet = Sheet::level(4, 0.007_812_5, [0.0; 3], 0.0).network();
     for (thickness, is_taken) in [(0.0039, true), (0.004, false)] {
         let made = Simulation::new(&scene(sheet.clone(), thickness, 0.0).setup(), Precision::F64);
         assert_eq!(made.is_ok(), is_taken, "{thickness} m: {:?}", made.as_ref().err());

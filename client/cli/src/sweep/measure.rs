@@ -346,7 +346,7 @@ mod tests {
             ("body.sheet", "allowed: lowest, highest"),
             ("body.lowest", "names no body"),
             ("body.sheet.force.x", "'force.x' is nothing that is measured"),
-            ("collider.lid.force.gratest", "did you mean 'force.greatest'?"),
+            ("collider.lid.force.greater", "did you mean 'force.greatest'?"),
             (
                 "collider.lid.lowest",
                 "'lowest' is nothing that is measured; allowed: force.x, force.y, force.z, force.mean, force.greatest",
