@@ -72,6 +72,11 @@ fn what_cannot_be_kept_apart_is_refused_with_its_key() {
             "body[0].thickness: is 0.01 m, and the minimizer is newton: surfaces are kept apart by one_step alone",
         ),
         ("", "thickness = 0.01\nunchecked = true", "body[0].thickness: is 0.01 m, and steps are unchecked"),
+        (
+            "",
+            "thickness = 0.01\nsolver = { operator = \"assembled\" }",
+            "body[0].thickness: is 0.01 m, and the operator is assembled",
+        ),
         ("contact = { friction = -0.1 }", "", "contact.friction: is -0.1"),
         ("contact = { surface = \"never\" }", "", "contact.surface"),
         ("contact = { thickness = 0.1 }", "", "contact.thickness"),

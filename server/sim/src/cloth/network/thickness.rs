@@ -6,6 +6,7 @@ use super::description::Network;
 use crate::{
     cloth::settings::{ClothSettings, Integrator, MinimizerKind},
     interrupt,
+    linalg::OperatorKind,
     math::{
         Vec3,
         array::{length, minus},
@@ -52,7 +53,7 @@ impl Network {
         let only = |what: &str, name: &str, by: &str| {
             format!("is {told} m, and {what} {name}: surfaces are kept apart by {by} alone")
         };
-        let ClothSettings { integrator, minimizer, time_step, .. } = settings;
+        let ClothSettings { integrator, minimizer, time_step, solver, .. } = settings;
         if *integrator != Integrator::ImplicitEuler {
             return Some(only("the integrator is", integrator.name(), Integrator::ImplicitEuler.name()));
         }
@@ -61,6 +62,9 @@ impl Network {
         }
         if time_step.is_unchecked() {
             return Some(only("steps are", "unchecked", "steps that are checked"));
+        }
+        if solver.operator != OperatorKind::MatrixFree {
+            return Some(only("the operator is", solver.operator.name(), OperatorKind::MatrixFree.name()));
         }
         let Some((shortest, [a, b])) = self.shortest_edge() else {
             return Some(format!("is {told} m, and there are no triangles: only triangles make a surface"));
