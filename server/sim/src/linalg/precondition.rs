@@ -230,6 +230,29 @@ mod tests {
         }
     }
 
+    #[test]
+    fn what_is_added_to_a_matrix_is_in_its_inverse_and_in_no_other() {
+        let a = Symmetric3 { xx: 4.0, yy: 3.0, zz: 5.0, xy: 1.0, xz: -0.5, yz: 0.25 };
+        let n = Vec3::new(2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0);
+        for stiffness in [0.0, 1.0, 100.0, 1e4] {
+            let [xx, yy, zz, xy, xz, yz] =
+                [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| stiffness * n[i] * n[j]);
+            let mut inverse = Inverse3::of(&[a, a], PreconditionerKind::BlockJacobi, 0.0);
+            let before = inverse[0];
+            inverse[0].add(0, &Symmetric3 { xx, yy, zz, xy, xz, yz });
+            let (pivots, w) = factors(&inverse[0]);
+            let product = w.transpose() * Mat3::from_diagonal(&pivots) * w;
+            let sum = Mat3::new(a.xx, a.xy, a.xz, a.xy, a.yy, a.yz, a.xz, a.yz, a.zz)
+                + n * n.transpose() * stiffness;
+            let off = (product * sum - Mat3::identity()).amax();
+            assert!(off < 1e-6 * (1.0 + stiffness).sqrt() * 4.0, "{stiffness}: {off:e}");
+            assert_eq!(
+                (0..3).map(|c| inverse[0].pivots[c][1]).collect::<Vec<_>>(),
+                (0..3).map(|c| before.pivots[c][1]).collect::<Vec<_>>()
+            );
+        }
+    }
+
     /// A stiff direction beside a mass: A⁻¹ A has eigenvalues near 1, although entries of A⁻¹ cannot be right in binary32.
     #[test]
     fn a_stiff_block_has_an_inverse_in_every_orientation() {

@@ -58,3 +58,44 @@ fn advances(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], least: f64)
     }
     false
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        cloth::contact::pair::Pair,
+        cloth::layout::Surface,
+        surface::{Candidate, Faces},
+    };
+
+    const TRIANGLE: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+    /// A vertex 1 cm above a triangle that lies level; the way (m) of the vertex, and how far the triangle turns about its edge along x at the same time.
+    fn judged(way: [f64; 3], lift: f64, floor: f64) -> bool {
+        let surface = Surface::of_sheets(Faces::new(&[[1, 2, 3]], 4), 2e-3, 4);
+        let candidate = Candidate { kind: PairKind::VertexTriangle, corners: [0, 1, 2, 3], triangle: 0 };
+        let [a, b, c] = TRIANGLE.map(Vec3::from);
+        let start = [Vec3::new(0.2, 0.2, 0.01), a, b, c];
+        let still = [Vec3::zeros(); 4];
+        let far = [Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), Vec3::zeros(), Vec3::zeros()];
+        let pair = Pair::near(&surface, candidate, start, [1.0; 4], (far, still)).expect("it is near");
+        let mut end = start;
+        end[0] += Vec3::from(way);
+        end[3] += Vec3::new(0.0, 0.0, lift);
+        is_safe(&pair, start, end, floor)
+    }
+
+    #[test]
+    fn what_goes_through_is_refused_and_what_passes_beside_is_not() {
+        // Down to a tenth of the gap, and beyond it.
+        assert!(judged([0.0, 0.0, -0.0085], 0.0, 0.0));
+        assert!(!judged([0.0, 0.0, -0.0095], 0.0, 0.0) && !judged([0.0, 0.0, -0.02], 0.0, 0.0));
+        // Through the plane, beside the triangle: no plane keeps them apart, and they do not meet.
+        assert!(judged([2.0, 2.0, -0.02], 0.0, 0.0));
+        // The triangle comes up, and both go up together.
+        assert!(!judged([0.0; 3], 0.1, 0.0) && judged([0.0, 0.0, 0.1], 0.1, 0.0));
+        // Rounding does not tell apart what is so near.
+        assert!(!judged([0.0, 0.0, -0.005], 0.0, 6e-3));
+        assert!(!judged([f64::NAN, 0.0, 0.0], 0.0, 0.0));
+    }
+}

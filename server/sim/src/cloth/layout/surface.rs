@@ -63,3 +63,12 @@ impl Surface {
         self.thickness.min(REST_SHARE * difference.norm())
     }
 }
+
+#[cfg(test)]
+impl Surface {
+    /// Faces over so many particles, each of which is a sheet of its own.
+    pub(crate) fn of_sheets(faces: Faces, thickness: f64, count: u32) -> Self {
+        let rest = vec![Vec3::zeros(); count as usize];
+        Self { thickness, faces, rest, sheets: (0..count).collect() }
+    }
+}
