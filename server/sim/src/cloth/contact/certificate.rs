@@ -1,6 +1,6 @@
 //! Whether a pair stays apart while its corners go straight from one place to another, without a doubt.
 
-use super::pair::{KEPT, Pair};
+use super::pair::{KEPT, Pair, THIN};
 use crate::{
     math::Vec3,
     surface::{PairKind, closest},
@@ -12,12 +12,13 @@ const MOST_ADVANCES: u32 = 200;
 /// Times what must be kept, below which an advance gives up.
 const NEAR: f64 = 1.2;
 
-/// Whether a pair whose corners go straight from `start` to `end` (m) keeps a tenth of its gap, and more than `floor` (m).
+/// Whether a pair whose corners go straight from `start` to `end` (m) keeps a tenth of its gap or half of its thickness, whichever is less, and more than
+/// `floor` (m): one that comes from afar may end where it is held.
 ///
 /// A plane that keeps both parts apart at the end as that across its direction does at the start keeps them apart in between: the lesser of one side less the
 /// greater of the other is concave in time. Otherwise it advances by what no corner can use up (Li et al. 2021, additive continuous collision detection).
 pub(crate) fn is_safe(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], floor: f64) -> bool {
-    let least = (KEPT * pair.gap).max(floor);
+    let least = (KEPT * pair.gap).min(THIN * pair.thickness).max(floor);
     // What is not a number is not safe.
     separation(pair, end) > least || advances(pair, start, end, least)
 }

@@ -20,7 +20,7 @@ pub(super) const REGAINED: f64 = 0.1;
 pub(super) const PULL: f64 = 0.0003;
 pub(super) const SHORT: f64 = 0.01;
 /// Share of the thickness and of the gap at the start below which a pair is made harder, and how much.
-const THIN: f64 = 0.5;
+pub(super) const THIN: f64 = 0.5;
 pub(super) const HARDER: f64 = 4.0;
 /// Friction over Coulomb's bound from which on a pair slips.
 const SLIPS: f64 = 1.05;

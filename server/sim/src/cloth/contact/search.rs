@@ -49,7 +49,7 @@ impl Search {
     ) {
         self.before.clear();
         self.before.extend(pairs.iter().filter(|pair| pair.activity != Activity::Idle));
-        self.before.sort_by_key(|pair| pair.candidate);
+        self.before.sort_unstable_by_key(|pair| pair.candidate);
         self.ways.follow(model, from[0], to);
         self.look(model, surface, from, pairs);
         for pair in pairs {
