@@ -65,7 +65,8 @@ pub(crate) struct Contact<R: Real> {
     given: BlockLoads,
     pub(crate) energy: PairEnergy,
     pub(crate) report: SurfaceReport,
-    /// The particles of the first pair that was not safe at the last look, and how near it came (m).
+    /// The particles of the first pair that was not safe at the last look, and how near it came (m); a particle alone, twice, that went where no
+    /// pairs were looked for.
     pub(crate) first_unsafe: Option<([u32; 2], f64)>,
 }
 
@@ -137,7 +138,10 @@ impl<R: Real> Contact<R> {
                 if !is_unsafe {
                     let [first, .., last] = pair.candidate.corners;
                     let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
-                    self.first_unsafe = Some(([first, last], separation(pair, end).clamp(0.0, pair.gap)));
+                    let apart = separation(pair, end);
+                    // What is not a number is no gap.
+                    let gap = if apart > 0.0 { apart.min(pair.gap) } else { 0.0 };
+                    self.first_unsafe = Some(([first, last], gap));
                 }
                 is_unsafe = true;
                 pair.insist();
@@ -146,7 +150,9 @@ impl<R: Real> Contact<R> {
 
         self.report.rounds = round + 1;
         (self.report.pairs, self.report.active) = (self.pairs.len() as u64, active as u64);
-        if self.search.ways.are_left(&self.ends[0][..model.count]) {
+        if let Some(particle) = self.search.ways.left(&self.ends[0][..model.count]) {
+            // Nothing is known of what it may meet.
+            self.first_unsafe = self.first_unsafe.or(Some(([particle; 2], 0.0)));
             self.look_again(scene);
             return Review::Again;
         }
@@ -242,7 +248,7 @@ impl<R: Real> Contact<R> {
 
     /// Why the sub-step is not accepted that was reviewed last.
     pub(crate) fn failure(&self, model: &Model<R>) -> StepFailure {
-        let ([one, other], gap) = self.first_unsafe.unwrap_or(([0; 2], self.report.least_gap));
+        let ([one, other], gap) = self.first_unsafe.unwrap_or_default();
         let particles = [one, other].map(|particle| u64::from(model.user[particle as usize]));
         StepFailure::Contact { particles, gap }
     }

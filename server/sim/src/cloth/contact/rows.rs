@@ -35,6 +35,8 @@ pub(crate) struct PairRows<R: Real> {
     rows: Vec<Sixteen<R>>,
     pub(crate) b: Vec<Sixteen<R>>,
     pub(crate) inverse: Vec<Inverse3>,
+    /// What pushes add to the diagonal blocks, of blocks that any touches.
+    added: Vec<[Symmetric3; LANES]>,
 }
 
 impl<R: Real> PairRows<R> {
@@ -123,23 +125,21 @@ impl<R: Real> PairRows<R> {
 
     /// The right-hand side and the inverses with the pushes.
     fn add_up(&mut self, model: &Model<R>, of_evaluation: &[Inverse3]) {
-        let Self { pushes, starts, of_blocks, rows, b, inverse } = self;
+        let Self { pushes, starts, of_blocks, rows, b, inverse, added } = self;
         size(b, rows.len());
         size(inverse, of_evaluation.len());
+        added.resize(b.len(), Default::default());
         let (pushes, starts, of_blocks) = (&*pushes, &*starts, &*of_blocks);
-        let fields =
-            (per_sixteen_mut(b), per_sixteen_mut(inverse), per_sixteen(rows), per_sixteen(of_evaluation));
-        let scratch = Vec::new;
-        model.share.own().each_with(scratch, fields, |added: &mut Vec<Symmetric3>, block, parts| {
-            let (b, inverse, rows, of_evaluation) = parts;
+        let sums = (per_sixteen_mut(b), per_sixteen_mut(inverse), per_sixteen_mut(added));
+        let fields = (sums, per_sixteen(rows), per_sixteen(of_evaluation));
+        model.share.own().each(fields, |block, ((b, inverse, added), rows, of_evaluation)| {
             b.copy_from_slice(rows);
             inverse.copy_from_slice(of_evaluation);
             let of_block = &of_blocks[starts[block] as usize..starts[block + 1] as usize];
             if of_block.is_empty() {
                 return;
             }
-            added.clear();
-            added.resize(b.len() * LANES, Symmetric3::default());
+            added.fill(Default::default());
             let first = block * model.block_size;
             for push in of_block.iter().map(|number| &pushes[*number as usize]) {
                 for (row, weight) in push.rows(first..first + b.len() * LANES) {
@@ -147,11 +147,11 @@ impl<R: Real> PairRows<R> {
                         continue;
                     }
                     add(&mut b[row / LANES], row % LANES, push.given * weight);
-                    push.add_to(&mut added[row], weight.to_f64());
+                    push.add_to(&mut added[row / LANES][row % LANES], weight.to_f64());
                 }
             }
-            for (row, added) in added.iter().enumerate().filter(|(_, added)| **added != Symmetric3::default())
-            {
+            let added = added.as_flattened().iter().enumerate();
+            for (row, added) in added.filter(|(_, added)| **added != Symmetric3::default()) {
                 inverse[row / LANES].add(row % LANES, added);
             }
         });

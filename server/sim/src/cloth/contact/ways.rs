@@ -90,11 +90,13 @@ impl Ways {
         self.ends[particle as usize] - wide(&x[particle as usize])
     }
 
-    /// Whether any particle ended farther from the end of its way than pairs were looked for.
-    pub(crate) fn are_left<R: Real>(&self, ends: &[Padded<R>]) -> bool {
+    /// The first particle that ended farther from the end of its way than pairs were looked for, if any did.
+    pub(crate) fn left<R: Real>(&self, ends: &[Padded<R>]) -> Option<u32> {
         let square = self.reach * self.reach;
         // What is not a number has left.
-        !self.ends.iter().zip(ends).all(|(way, end)| (wide(end) - way).norm_squared() <= square)
+        let has_stayed = |(way, end): (&Vec3<f64>, &Padded<R>)| (wide(end) - way).norm_squared() <= square;
+        let left = self.ends.iter().zip(ends).position(|way_and_end| !has_stayed(way_and_end));
+        left.map(|particle| particle as u32)
     }
 }
 
