@@ -18,7 +18,7 @@ pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangl
 pub use faces::Faces;
 pub use predicates::crosses;
 pub use separation::{between_middles, gap_along};
-pub use tree::{Candidate, Tree};
+pub use tree::{Candidate, Crowded, Tree};
 
 #[cfg(test)]
 mod tests;

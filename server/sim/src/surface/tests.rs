@@ -104,7 +104,7 @@ fn candidates(
 ) -> Vec<Candidate> {
     let mut out = Vec::new();
     tree.refit(&|face| box_of(&faces.triangles()[face]));
-    tree.candidates(faces, skip, box_of, &mut out);
+    tree.candidates(faces, skip, box_of, &mut out).expect("not too many");
     out
 }
 

@@ -29,6 +29,16 @@ pub struct Candidate {
     pub triangle: u32,
 }
 
+/// Candidates of a block of triangles, at most, but for those of one more triangle: 500 per triangle. Cloth in piles of twenty has some 100.
+const MOST: usize = 500 * BLOCK;
+
+/// So many parts come close that their pairs are too many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crowded {
+    /// The first triangle of the first block of which that is so.
+    pub triangle: usize,
+}
+
 /// Stands in room for candidates before they are written.
 const NOTHING: Candidate = Candidate { kind: PairKind::Edges, corners: [0; 4], triangle: u32::MAX };
 
@@ -111,6 +121,9 @@ impl Tree {
     /// at a time, and the box of an edge or of a triangle is that around the boxes of its corners. [`Self::refit`] has had
     /// the same boxes. Left out are pairs that share a particle, and those for which `skip` is true of all four particles.
     ///
+    /// # Errors
+    /// Where parts crowd so much that they would not fit into memory: no list is written then.
+    ///
     /// # Panics
     /// When the faces are not as many as the tree is over.
     pub fn candidates(
@@ -119,7 +132,7 @@ impl Tree {
         skip: &(dyn Fn(u32) -> bool + Sync),
         part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
         out: &mut Vec<Candidate>,
-    ) {
+    ) -> Result<(), Crowded> {
         assert_eq!(faces.triangles().len(), self.faces, "a tree over these faces");
         let origin = self.origin;
         self.corners.resize(faces.points(), Bounds::NONE);
@@ -135,9 +148,14 @@ impl Tree {
             let Found { candidates, search } = found;
             candidates.clear();
             search.partners(levels, self.faces, block, |face, partners| {
-                pairs.add(face, partners, candidates);
+                if candidates.len() <= MOST {
+                    pairs.add(face, partners, candidates);
+                }
             });
         });
+        if let Some(block) = self.found.iter().position(|found| found.candidates.len() > MOST) {
+            return Err(Crowded { triangle: block * BLOCK });
+        }
 
         self.starts.clear();
         self.starts.push(0);
@@ -150,6 +168,7 @@ impl Tree {
         let fields = (between_mut(out, &self.starts), per_block(&self.found));
         Own::whole(self.found.len(), 1)
             .each(fields, |_, (out, found)| out.copy_from_slice(&found.candidates));
+        Ok(())
     }
 
     /// Calls `each` for every block of triangles, with room for the search; gives what each call leaves, in their order.

@@ -19,7 +19,7 @@ use crate::{
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{Own, block_count, per_block, per_block_mut, per_row, per_row_mut, several_per_block_mut},
     report::{StepFailure, SurfaceReport},
-    surface::closest,
+    surface::{Crowded, closest},
 };
 
 /// Rounds of a sub-step, at most, and those after which certificates alone decide.
@@ -84,14 +84,19 @@ pub(crate) struct Scene<'a, R: Real> {
 
 impl<R: Real> Contact<R> {
     /// Looks for pairs at the start of a sub-step; `rows` is the right-hand side without them.
-    pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) {
+    ///
+    /// # Errors
+    /// Where so many parts could meet that their pairs do not fit into memory.
+    pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) -> Result<(), StepFailure> {
         let Scene { model, surface, state, when: When { dt, .. }, gravity, .. } = scene;
         let start = Start { x: &state.x, v: &state.v, dt, gravity };
-        self.search.begin(model, surface, start, &mut self.pairs);
+        let found = self.search.begin(model, surface, start, &mut self.pairs);
+        found.map_err(|crowded| failure_of(model, surface, crowded))?;
         self.list_walls(scene);
         self.rows.keep(model, rows);
         self.report = SurfaceReport::default();
-        self.first_unsafe = None;
+        (self.first_unsafe, self.energy) = (None, PairEnergy::default());
+        Ok(())
     }
 
     fn list_walls(&mut self, scene: Scene<'_, R>) {
@@ -114,7 +119,15 @@ impl<R: Real> Contact<R> {
     }
 
     /// Looks at where a solve leads.
-    pub(crate) fn review(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) -> Review {
+    ///
+    /// # Errors
+    /// Where so many parts could meet that their pairs do not fit into memory.
+    pub(crate) fn review(
+        &mut self,
+        scene: Scene<'_, R>,
+        next: &State<R>,
+        round: u32,
+    ) -> Result<Review, StepFailure> {
         let Scene { model, surface, state, when: When { dt, .. }, .. } = scene;
         let walls = self.walls.iter().flatten();
         self.energy = PairEnergy::of(model, &self.pairs, walls, [&state.v, &next.v], dt);
@@ -153,14 +166,14 @@ impl<R: Real> Contact<R> {
         if let Some(particle) = self.search.ways.left(&self.ends[0][..model.count]) {
             // Nothing is known of what it may meet.
             self.first_unsafe = self.first_unsafe.or(Some(([particle; 2], 0.0)));
-            self.look_again(scene);
-            return Review::Again;
+            self.look_again(scene)?;
+            return Ok(Review::Again);
         }
         if is_unsafe || is_changed && round + 1 < SETTLING {
-            return Review::Again;
+            return Ok(Review::Again);
         }
         self.report.least_gap = self.least_gap();
-        Review::Safe
+        Ok(Review::Safe)
     }
 
     /// Lets a copy of what a solve led to meet colliders, as the sub-step will.
@@ -231,9 +244,10 @@ impl<R: Real> Contact<R> {
     }
 
     /// Looks for pairs about the ways that the last solve led along.
-    fn look_again(&mut self, scene: Scene<'_, R>) {
+    fn look_again(&mut self, scene: Scene<'_, R>) -> Result<(), StepFailure> {
         let Scene { model, surface, state, .. } = scene;
-        self.search.again(model, surface, ([&state.x, &state.v], &self.ends[0]), &mut self.pairs);
+        let found = self.search.again(model, surface, ([&state.x, &state.v], &self.ends[0]), &mut self.pairs);
+        found.map_err(|crowded| failure_of(model, surface, crowded))?;
         std::mem::swap(&mut self.walls, &mut self.walls_before);
         self.list_walls(scene);
         for (walls, before) in self.walls.iter_mut().zip(&self.walls_before) {
@@ -241,9 +255,11 @@ impl<R: Real> Contact<R> {
                 let key = (wall.particle, wall.collider);
                 if let Ok(place) = before.binary_search_by_key(&key, |wall| (wall.particle, wall.collider)) {
                     (wall.activity, wall.rub) = (before[place].activity, before[place].rub);
+                    wall.stiffness = before[place].stiffness;
                 }
             }
         }
+        Ok(())
     }
 
     /// Why the sub-step is not accepted that was reviewed last.
@@ -264,6 +280,13 @@ impl<R: Real> Contact<R> {
         }
         least
     }
+}
+
+/// That pairs are too many to be kept apart.
+fn failure_of<R: Real>(model: &Model<R>, surface: &Surface, Crowded { triangle }: Crowded) -> StepFailure {
+    let [first, .., last] = surface.faces.triangles()[triangle];
+    let particles = [first, last].map(|particle| u64::from(model.user[particle as usize]));
+    StepFailure::Contact { particles, gap: 0.0 }
 }
 
 /// Rubs what a solve pushed against colliders, of each block after what its walls kept.

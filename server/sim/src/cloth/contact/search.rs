@@ -8,7 +8,7 @@ use crate::{
     cloth::layout::{Model, Surface},
     math::{Padded, Real},
     parallel::{Own, per_row, per_row_mut},
-    surface::{Candidate, Tree},
+    surface::{Candidate, Crowded, Tree},
 };
 
 /// Candidates that a thread looks at in one go.
@@ -34,9 +34,9 @@ impl Search {
         surface: &Surface,
         start: Start<'_, R>,
         pairs: &mut Vec<Pair>,
-    ) {
+    ) -> Result<(), Crowded> {
         self.ways.predict(model, start, surface.thickness);
-        self.look(model, surface, [start.x, start.v], pairs);
+        self.look(model, surface, [start.x, start.v], pairs)
     }
 
     /// Pairs for the ways to where a solve led; those that were known go on as they were.
@@ -46,17 +46,18 @@ impl Search {
         surface: &Surface,
         (from, to): ([&[Padded<R>]; 2], &[Padded<R>]),
         pairs: &mut Vec<Pair>,
-    ) {
+    ) -> Result<(), Crowded> {
         self.before.clear();
         self.before.extend(pairs.iter().filter(|pair| pair.activity != Activity::Idle));
         self.before.sort_unstable_by_key(|pair| pair.candidate);
         self.ways.follow(model, from[0], to);
-        self.look(model, surface, from, pairs);
+        self.look(model, surface, from, pairs)?;
         for pair in pairs {
             if let Ok(place) = self.before.binary_search_by_key(&pair.candidate, |pair| pair.candidate) {
                 pair.go_on(&self.before[place]);
             }
         }
+        Ok(())
     }
 
     fn look<R: Real>(
@@ -65,13 +66,13 @@ impl Search {
         surface: &Surface,
         [x, v]: [&[Padded<R>]; 2],
         pairs: &mut Vec<Pair>,
-    ) {
+    ) -> Result<(), Crowded> {
         let Self { tree, ways, candidates, looked, .. } = self;
         let (faces, ways) = (&surface.faces, &*ways);
         let tree = tree.get_or_insert_with(|| Tree::new(faces.triangles().len()));
         tree.refit(&|face| ways.around(&faces.triangles()[face]));
         let is_pinned = |particle: u32| model.inv_m[particle as usize] == R::zero();
-        tree.candidates(faces, &is_pinned, &|part| ways.around(part), candidates);
+        tree.candidates(faces, &is_pinned, &|part| ways.around(part), candidates)?;
 
         looked.resize(candidates.len(), None);
         let fields = (per_row_mut(looked), per_row(candidates));
@@ -87,5 +88,6 @@ impl Search {
         });
         pairs.clear();
         pairs.extend(looked.iter().flatten());
+        Ok(())
     }
 }

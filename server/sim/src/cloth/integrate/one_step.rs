@@ -14,10 +14,11 @@ use crate::{
         evaluate::Workspace,
         judge::Found,
         settings::{ClothSettings, Purpose},
+        state::State,
     },
     interrupt::Interrupt,
     linalg::{Outcome, SolveReport},
-    math::{LANES, Real, Vec3},
+    math::{LANES, Padded, Real, Vec3},
     report::{Stage, StepFailure},
 };
 
@@ -55,6 +56,13 @@ impl<R: Real> Step<'_, R> {
         let mut are_finite = true;
         share.tell([f64::from(u8::from(is_finite))], |[of_rank]| are_finite &= of_rank > 0.0);
         are_finite
+    }
+
+    /// Whether positions and velocities at the end are numbers.
+    pub(super) fn has_finite_ends(&self) -> bool {
+        let is_finite = |row: &Padded<R>| row.vector().iter().all(|c| c.to_f64().is_finite());
+        let State { x, v, .. } = &self.work.next;
+        x.iter().all(is_finite) && v.iter().all(is_finite)
     }
 
     /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.

@@ -36,7 +36,7 @@ pub(super) fn advance<R: Real>(
         gravity: step.work.numbers.gravity.map(R::to_f64),
         friction: settings.contact.friction,
     };
-    step.work.contact.begin(scene, &step.work.evaluation.rows);
+    step.work.contact.begin(scene, &step.work.evaluation.rows)?;
     step.watch.lap(Stage::Collide);
 
     let mut told: Option<SolveReport> = None;
@@ -56,7 +56,10 @@ pub(super) fn advance<R: Real>(
         check(&report)?;
         told = Some(report);
         step.kick_by_dv_and_drift();
-        let review = step.work.contact.review(scene, &step.work.next, round);
+        if !step.has_finite_ends() {
+            return Ok((report, Found::End, step.error_of_change()));
+        }
+        let review = step.work.contact.review(scene, &step.work.next, round)?;
         step.watch.lap(Stage::Collide);
         if review == Review::Safe {
             return Ok((report, Found::End, step.error_of_change()));
