@@ -8,18 +8,20 @@ use nappe_tests::{
     Scene,
     numbering::Numbering,
     scene::advance,
-    surface::{Case, flung, on_a_ball},
+    surface::{Case, on_a_ball, piled},
     threads::with_threads,
 };
 
-/// Steps in which sheets fall on a ball and on each other, or one is flung against itself.
+/// Steps in which sheets fall on a ball and on each other, or lie in a pile.
 const STEPS: u64 = 60;
 
 /// Scenes of several blocks in which surfaces touch, by name.
 fn scenes(precision: Precision) -> [(&'static str, Scene); 2] {
     let case = Case { precision, friction: 0.3, numbering: Numbering::AsBuilt };
-    let scenes =
-        [("on a ball", on_a_ball([3, 13], [0.03, 0.1], 4e-3, &case)), ("flung", flung(16, 2e-3, 1, &case))];
+    let scenes = [
+        ("on a ball", on_a_ball([3, 13], [0.03, 0.1], 4e-3, &case)),
+        ("a pile", piled([3, 10], 2e-3, &case)),
+    ];
     scenes.map(|(name, mut scene)| {
         scene.settings.block_size = 64;
         (name, scene)
