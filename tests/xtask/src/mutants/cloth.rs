@@ -24,7 +24,7 @@ pub(super) const SLOW: [&str; 14] = [
 ];
 
 /// What each mutant does wrong, in the order of their numbers, from 101.
-pub(super) const NAMES: [&str; 57] = [
+pub(super) const NAMES: [&str; 55] = [
     "sign of the spring's force",
     "spring force without its rest length",
     "spring force along d in place of d / l",
@@ -80,13 +80,11 @@ pub(super) const NAMES: [&str; 57] = [
     "vertex block descent of all blocks at once",
     "certified explicit steps however fast springs move",
     "Newton's method that takes slow motion for none",
-    "certificate of surfaces that takes every way for safe",
-    "boxes about surfaces without their ways",
 ];
 
 /// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
-pub(super) const PATCHES: [Patch; 57] = [
+pub(super) const PATCHES: [Patch; 55] = [
     text(101, "cloth/evaluate/spring_sums.rs", "P::load(&law.damping));\n            for c in 0..3 {\n                sums.row[c] -= pull * d[c];", "P::load(&law.damping));\n            for c in 0..3 {\n                if crate::mutant(101) { sums.row[c] += pull * d[c]; } else { sums.row[c] -= pull * d[c]; }"),
     expression(102, "cloth/laws/spring.rs", "stiffness * (self.length - self.rest_length) * self.inverse", "stiffness * self.length * self.inverse"),
     text(103, "cloth/laws/spring.rs", "        elastic + self.slowing(", "        let elastic = if crate::mutant(103) { stiffness * (self.length - self.rest_length) } else { elastic };\n        elastic + self.slowing("),
@@ -142,6 +140,4 @@ pub(super) const PATCHES: [Patch; 57] = [
     expression(153, "cloth/network/colours.rs", "lowest(count.div_ceil(block_size), pairs.clone().map(of(block_size)))", "vec![0; count.div_ceil(block_size)]"),
     expression(154, "cloth/step.rs", "speed.rate > bound.rate / safety", "false"),
     expression(155, "cloth/integrate/newton.rs", "if iteration == 0 { 0.0 } else { newton.tolerance }", "newton.tolerance"),
-    text(156, "cloth/contact/certificate.rs", "    separation(pair, end) > least ||", "    crate::mutant(156) || separation(pair, end) > least ||"),
-    text(157, "cloth/contact/ways.rs", "                let x = wide(&from[first + row]);", "                let x = wide(&from[first + row]);\n                let to = if crate::mutant(157) { &x } else { &*to };"),
 ];
