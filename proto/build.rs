@@ -7,7 +7,7 @@ use prost::Message as _;
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 15] = [
+const JSON_MESSAGES: [&str; 16] = [
     "Session",
     "SessionRanks",
     "Failure",
@@ -18,6 +18,7 @@ const JSON_MESSAGES: [&str; 15] = [
     "ColliderPose",
     "Diagnostics",
     "ColliderLoad",
+    "SurfaceReport",
     "ClothSteps",
     "SnowDiagnostics",
     "SolveReport",

@@ -26,6 +26,7 @@ VIEWS = {
     "cloth_over_sphere": (2.0, 3),
     "cloth_on_torus": (1.2, 3),
     "gripper": (1.0, 2),
+    "towel": (2.6, 3),
     "drap10": (1.0, 1),
     "drap70": (0.6, 1),
     "snowball_wall": (0.2, 5),

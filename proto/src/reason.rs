@@ -204,6 +204,10 @@ reasons! {
         "A particle of cloth goes through a collider, or into it, at a 64th of the step too; the scene asks that such steps be rejected."
         "Reduce dt, make the collider thicker or slower, or choose on_pass = warn."
 
+    Contact "CONTACT" FailedPrecondition diverged
+        "Surfaces of cloth cannot be kept apart at a 64th of the step too: what holds them, pins or colliders, closes further than the cloth yields, or they lie closer than rounding can tell apart; `particle` is of the first surface, `value` the gap in metres."
+        "Leave the surfaces more room, move what closes more slowly or less far, or reduce dt or the thickness."
+
     NeverStable "NEVER_STABLE" FailedPrecondition diverged
         "Explicit Euler gains energy in every motion that is not damped: no step is stable."
         "Choose symplectic_euler, add drag, or mark the step unchecked and accept that it may diverge."
@@ -301,7 +305,7 @@ reasons! {
         "Ask for fewer ranks, or raise the limit (`--max-ranks`)."
 
     RanksUnsupported "RANKS_UNSUPPORTED" InvalidArgument
-        "The scene has something that several ranks cannot step together: semi-implicit snow, vertex block descent, or an assembled matrix; the message names the body and the setting."
+        "The scene has something that several ranks cannot step together: semi-implicit snow, vertex block descent, an assembled matrix, or cloth with a thickness or whose crossings are counted; the message names the body and the setting."
         "Choose another setting, or step the scene without ranks."
 
     RanksUnavailable "RANKS_UNAVAILABLE" FailedPrecondition

@@ -45,8 +45,8 @@ const LAYERS: [(&str, &[&str]); 14] = [
 ];
 
 /// All that the numerics may name outside the workspace: of serde the traits, and no format.
-const SIM_DEPENDENCIES: [&str; 7] =
-    ["bytemuck", "libm", "nalgebra", "rayon", "serde", "thiserror", "xxhash-rust"];
+const SIM_DEPENDENCIES: [&str; 8] =
+    ["bytemuck", "libm", "nalgebra", "rayon", "robust", "serde", "thiserror", "xxhash-rust"];
 
 /// What must not be linked below the service, directly or not.
 const ABOVE_SCENE: [&str; 5] = ["tokio", "tonic", "tracing", "prost", "clap"];

@@ -36,3 +36,4 @@ mod newton;
 mod vertex_block_descent;
 mod odd_networks;
 mod work;
+mod surface;

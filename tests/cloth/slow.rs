@@ -1,9 +1,10 @@
-//! The shipped scenes over most of what they show, and without each of their terms, which takes long. `shipped.rs` looks at how they
-//! begin.
+//! What takes long of cloth: the shipped scenes over most of what they show, and without each of their terms; contact with itself.
+//! `shipped.rs` looks at how scenes begin.
 
 mod scenes;
 mod bounces;
 mod animals;
+mod surface_slow;
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};

@@ -15,4 +15,5 @@ mod snow_ranks_states;
 mod numbering;
 mod solids;
 mod moving;
+mod surface;
 mod simd;

@@ -154,6 +154,10 @@ fn scenes() -> Vec<(&'static str, String)> {
             "cloth, vertex block descent",
             cloth("grid = [200, 200], spacing = 0.01", &all, "minimizer = \"vertex_block_descent\""),
         ),
+        (
+            "cloth, thickness",
+            cloth("grid = [200, 200], spacing = 0.01", &all, &format!("{implicit}\nthickness = 0.004")),
+        ),
         ("cloth, edges of an upload", cloth("upload = \"SHEET\"", &all, implicit)),
         (
             "cloth, chain",

@@ -8,12 +8,17 @@ pub mod golden;
 pub mod meshes;
 pub mod ranks;
 pub mod scene;
+mod random;
+
+pub mod sheets;
+pub mod numbering;
+pub mod crossings;
+pub mod surface;
 pub mod snow;
 pub mod statics;
 pub mod systems;
 
 mod oscillator;
-mod random;
 mod scalar;
 
 pub use nappe_study::{Method, NEWTON, gallery::networks};

@@ -43,6 +43,20 @@ pub(crate) fn cloth_steps(cloth: &v1::ClothSteps) -> String {
     )
 }
 
+/// What kept surfaces of cloth apart, and how often edges cross triangles where that is counted.
+pub(crate) fn surfaces(surface: &v1::SurfaceReport) -> String {
+    let v1::SurfaceReport { pairs, active, rounds, least_gap_m, failed, crossings } = *surface;
+    let told = [
+        least_gap_m.map(|gap| format!("least gap {gap:.2e} m")),
+        (failed > 0).then(|| format!("{} sub-steps not accepted", output::count(failed))),
+        crossings.map(|count| format!("{} crossings", output::count(count))),
+    ];
+    let [pairs, active, rounds] = [pairs, active, rounds.into()].map(output::count);
+    let pushed = format!("{active} of {pairs} pairs push, {rounds} rounds");
+    let parts: Vec<String> = [pushed].into_iter().chain(told.into_iter().flatten()).collect();
+    parts.join("; ")
+}
+
 /// How many particles yielded, were inverted and so on: each count that is not 0.
 pub(crate) fn counts(snow: &v1::SnowDiagnostics) -> String {
     let counts = [
@@ -121,6 +135,15 @@ mod tests {
         let diagnostics = v1::Diagnostics { snow: Some(snow), ..v1::Diagnostics::default() };
         assert!(snow_phrase(&diagnostics).contains("12 x 200 µs (elastic_wave)"));
         assert_eq!(snow_phrase(&v1::Diagnostics::default()), "");
+
+        let surface = v1::SurfaceReport { pairs: 1200, active: 7, rounds: 2, ..v1::SurfaceReport::default() };
+        assert_eq!(surfaces(&surface), "7 of 1 200 pairs push, 2 rounds");
+        let surface =
+            v1::SurfaceReport { least_gap_m: Some(1.5e-3), failed: 1, crossings: Some(0), ..surface };
+        assert_eq!(
+            surfaces(&surface),
+            "7 of 1 200 pairs push, 2 rounds; least gap 1.50e-3 m; 1 sub-steps not accepted; 0 crossings"
+        );
 
         let notices = v1::Notices { passed_particles: 1, pinched_particles: 2000, ..v1::Notices::default() };
         assert_eq!(doubts(&notices), "1 passages through a collider, 2 000 pinched particles");

@@ -156,6 +156,17 @@ mod tests {
     }
 
     #[test]
+    fn what_keeps_surfaces_apart_has_its_names_in_json() {
+        let surface = v1::SurfaceReport { pairs: 5, active: 2, rounds: 3, ..v1::SurfaceReport::default() };
+        let json = json_of(&v1::Diagnostics { surface: Some(surface), ..v1::Diagnostics::default() });
+        let expected = json!({
+            "pairs": 5, "active": 2, "rounds": 3, "least_gap_m": null, "failed": 0, "crossings": null,
+        });
+        assert_eq!(json["surface"], expected);
+        assert_eq!(json_of(&v1::Diagnostics::default())["surface"], Value::Null);
+    }
+
+    #[test]
     fn every_object_of_diagnostics_has_the_same_keys() {
         let keys = |diagnostics: &v1::Diagnostics| {
             let json = json_of(diagnostics);
@@ -177,6 +188,7 @@ mod tests {
             "iterations",
             "relative_residual",
             "snow",
+            "surface",
         ] {
             assert!(keys(&explicit).iter().any(|known| known == key), "{key}");
         }

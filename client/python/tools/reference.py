@@ -60,6 +60,7 @@ GROUPS = {
         "SpringParameters",
         "Diagnostics",
         "ColliderLoad",
+        "SurfaceReport",
         "ClothSteps",
         "SnowDiagnostics",
         "SolveReport",

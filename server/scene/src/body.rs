@@ -44,6 +44,9 @@ pub struct Body {
     /// Linear drag of the medium on each particle (N s/m); 0: none.
     #[serde(default)]
     pub drag: f64,
+    /// Distance (m) that its surface keeps from itself; 0: it passes through itself.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub thickness: f64,
     /// Air that acts on its triangles; none: it feels none.
     #[serde(default, with = "air", skip_serializing_if = "Option::is_none")]
     pub air: Option<Air>,
@@ -109,6 +112,7 @@ impl Body {
             moving_pins: Vec::new(),
             forces: Vec::new(),
             drag: 0.0,
+            thickness: 0.0,
             air: None,
             integrator: default_integrator(),
             minimizer: MinimizerKind::default(),

@@ -15,6 +15,7 @@ mod schema;
 pub mod mesh;
 mod transform;
 mod air;
+mod contact;
 mod body;
 mod snow;
 mod way;

@@ -41,6 +41,9 @@ by_name!(
     /// What becomes of steps in which particles go through colliders.
     on_pass, nappe_sim::cloth::OnPass);
 by_name!(
+    /// Whether crossings of surfaces are counted.
+    surface_check, nappe_sim::cloth::SurfaceCheck);
+by_name!(
     /// Laws of elements of cloth.
     element_law, nappe_sim::cloth::ElementKind);
 by_name!(

@@ -2,7 +2,7 @@
 //!
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
-use nappe_sim::math::Precision;
+use nappe_sim::{cloth::SurfaceSettings, math::Precision};
 use serde::{Deserialize, Serialize};
 use toml::{
     Spanned,
@@ -12,6 +12,7 @@ use toml::{
 use crate::{
     body::{Body, Mesh},
     collider::ColliderText,
+    contact,
     error::{ErrorKind, Found, SceneError, SceneErrors},
     keys::ROOT,
     location::Location,
@@ -50,6 +51,9 @@ pub struct Scene {
     pub wind_at: Vec<WindKey>,
     /// Frames between frames that carry the hash of the state, 1 or more.
     pub hash_interval: u32,
+    /// How surfaces of cloth meet each other; none: by the defaults.
+    #[serde(with = "contact", skip_serializing_if = "Option::is_none")]
+    pub contact: Option<SurfaceSettings>,
     /// Bodies, in the order of their particles.
     #[serde(rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
@@ -86,6 +90,7 @@ impl Default for Scene {
             wind: [0.0; 3],
             wind_at: Vec::new(),
             hash_interval: 10,
+            contact: None,
             bodies: Vec::new(),
             snow: None,
             colliders: Vec::new(),

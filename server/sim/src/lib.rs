@@ -11,6 +11,7 @@ pub mod linalg;
 pub mod report;
 pub mod field;
 pub mod mesh;
+pub mod surface;
 pub mod collide;
 pub mod surroundings;
 pub mod time_step;

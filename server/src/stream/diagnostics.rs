@@ -8,6 +8,7 @@ use nappe_sim::{
     linalg::{Outcome, SolveReport},
     report::{
         BoundKind, ClothSteps, Diagnostics, Load, Rejection, SnowReport, Stage, StageSeconds, StepReport,
+        SurfaceReport,
     },
     world::Simulation,
 };
@@ -47,7 +48,15 @@ pub(crate) fn diagnostics(
         cloth: report.cloth.as_ref().map(cloth),
         notices: Some(v1::Notices::default()),
         loads: report.loads.iter().zip(colliders).map(load).collect(),
+        surface: report.surface.as_ref().map(surface),
     }
+}
+
+/// Where there was no pair, no number says how near they came.
+fn surface(report: &SurfaceReport) -> v1::SurfaceReport {
+    let SurfaceReport { pairs, active, rounds, least_gap, failed, crossings } = *report;
+    let least_gap_m = Some(least_gap).filter(|gap| gap.is_finite());
+    v1::SurfaceReport { pairs, active, rounds, least_gap_m, failed, crossings }
 }
 
 fn load((load, collider): (&Load, &Collider)) -> v1::ColliderLoad {
@@ -167,4 +176,26 @@ fn stages(seconds: &StageSeconds) -> Vec<v1::StageTime> {
     timed
         .map(|(stage, seconds)| v1::StageTime { stage: stage.name().to_owned(), seconds: *seconds })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_that_no_pair_has_is_absent() {
+        let none = SurfaceReport { crossings: Some(3), ..SurfaceReport::default() };
+        assert_eq!(surface(&none), v1::SurfaceReport { crossings: Some(3), ..v1::SurfaceReport::default() });
+        let some =
+            SurfaceReport { pairs: 9, active: 4, rounds: 2, least_gap: 2e-3, failed: 1, crossings: None };
+        let expected = v1::SurfaceReport {
+            pairs: 9,
+            active: 4,
+            rounds: 2,
+            least_gap_m: Some(2e-3),
+            failed: 1,
+            crossings: None,
+        };
+        assert_eq!(surface(&some), expected);
+    }
 }

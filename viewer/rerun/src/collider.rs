@@ -109,16 +109,13 @@ impl ColliderView {
     /// Where an arrow along a unit vector that points at the reference point meets the collider in a frame (m): a little
     /// before it where the solid is round at its ends or lies slantwise. At the reference point if the collider is endless.
     pub(crate) fn pushed_at(&self, frame: &Frame, direction: [f64; 3]) -> [f64; 3] {
-        let (at, own) = match frame.pose(&self.name) {
-            Some(pose) => {
-                let [x, y, z, w] = pose.turn;
-                let back = ColliderPose { turn: [-x, -y, -z, w], ..pose.clone() };
-                (pose.position, back.turned(direction))
-            }
-            None => {
-                let moved = |axis: usize| self.reference[axis] + frame.time * self.velocity[axis];
-                ([0, 1, 2].map(moved), direction)
-            }
+        let (at, own) = if let Some(pose) = frame.pose(&self.name) {
+            let [x, y, z, w] = pose.turn;
+            let back = ColliderPose { turn: [-x, -y, -z, w], ..pose.clone() };
+            (pose.position, back.turned(direction))
+        } else {
+            let moved = |axis: usize| self.reference[axis] + frame.time * self.velocity[axis];
+            ([0, 1, 2].map(moved), direction)
         };
         let against = narrow(own).map(|component| -component);
         let reach = f64::from(self.outline.extent.reach(narrow(self.reference), against));

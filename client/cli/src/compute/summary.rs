@@ -38,6 +38,8 @@ pub(crate) struct Summary {
     external_work: f64,
     /// How the last step was divided for the cloths; none without cloth.
     cloth: Option<v1::ClothSteps>,
+    /// What kept surfaces of cloth apart in the last step; none where nothing has to, and nothing is counted.
+    surface: Option<v1::SurfaceReport>,
     /// Diagnostics of the snow in the last step; none without snow.
     snow: Option<v1::SnowDiagnostics>,
     /// What colliders felt in the last step; empty before the first.
@@ -97,6 +99,7 @@ impl Summary {
             max_stretch: last.max_stretch,
             external_work: last.external_work,
             cloth: last.cloth,
+            surface: last.surface,
             snow: last.snow,
             loads: last.loads,
             poses: session.parameters.as_ref().map_or_else(Vec::new, |now| now.collider_poses.clone()),
@@ -175,6 +178,9 @@ impl Summary {
         }
         if let Some(cloth) = &self.cloth {
             rows.push(("steps of cloth", diagnostics::cloth_steps(cloth)));
+        }
+        if let Some(surface) = &self.surface {
+            rows.push(("surfaces of cloth", diagnostics::surfaces(surface)));
         }
         if let Some(snow) = &self.snow {
             rows.push(("steps of snow", diagnostics::substeps(snow)));

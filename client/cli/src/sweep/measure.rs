@@ -243,7 +243,7 @@ struct Body {
 /// The bodies and the objects of snow of a world, in the order of their particles, and its colliders.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies {
-    bodies: Vec<Body>,
+    all: Vec<Body>,
     /// Names of the colliders, in the order of the scene.
     colliders: Vec<String>,
     /// Masses (kg) of all particles.
@@ -267,12 +267,12 @@ impl Bodies {
             masses.extend_from_slice(own);
         }
         let colliders = setup.colliders.iter().map(|collider| collider.name.clone()).collect();
-        Self { bodies, colliders, masses }
+        Self { all: bodies, colliders, masses }
     }
 
     /// The body that a measure names.
     fn find(&self, measure: &Measure) -> Option<&Body> {
-        self.bodies.iter().find(|body| body.kind == measure.kind && body.name == measure.body)
+        self.all.iter().find(|body| body.kind == measure.kind && body.name == measure.body)
     }
 
     /// The place in the scene of the collider that a measure names.
@@ -282,7 +282,7 @@ impl Bodies {
     }
 
     fn names(&self, kind: Kind) -> impl Iterator<Item = &str> {
-        let bodies = self.bodies.iter().filter(move |body| body.kind == kind).map(|body| body.name.as_str());
+        let bodies = self.all.iter().filter(move |body| body.kind == kind).map(|body| body.name.as_str());
         let colliders = self.colliders.iter().filter(move |_| kind == Kind::Collider);
         bodies.chain(colliders.map(String::as_str))
     }
@@ -346,7 +346,7 @@ mod tests {
             ("body.sheet", "allowed: lowest, highest"),
             ("body.lowest", "names no body"),
             ("body.sheet.force.x", "'force.x' is nothing that is measured"),
-            ("collider.lid.force.gratest", "did you mean 'force.greatest'?"),
+            ("collider.lid.force.greater", "did you mean 'force.greatest'?"),
             (
                 "collider.lid.lowest",
                 "'lowest' is nothing that is measured; allowed: force.x, force.y, force.z, force.mean, force.greatest",

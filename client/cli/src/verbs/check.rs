@@ -1,8 +1,14 @@
 //! `nappe check`: a scene is read and built and not computed; what it holds, and what is wrong with it.
 
+use std::fmt::Write;
+
 use clap::Args;
 use nappe_scene::{Built, Scene, SceneLimits};
-use nappe_sim::{math::four_digits, world::Simulation};
+use nappe_sim::{
+    cloth::Crossed,
+    math::four_digits,
+    world::{BodySetup, Simulation, WorldSetup},
+};
 use serde::Serialize;
 
 use crate::{
@@ -19,7 +25,8 @@ Examples:
   nappe check my.toml          every error with its line; else particles, springs and meshes of colliders
   nappe check my.toml --json   one object, with the warnings
 
-Of each collider that is a mesh it says the triangles, the holes that close_holes filled, and the volume.")]
+Of each collider that is a mesh it says the triangles, the holes that close_holes filled, and the volume. Of each body it
+says how often an edge crosses a triangle at the start, and the first such pair; with a thickness that is an error.")]
 pub(crate) struct CheckArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -34,7 +41,20 @@ struct Checked<'a> {
     particles: usize,
     springs: usize,
     colliders: Vec<Collider>,
+    /// Bodies whose surfaces cross themselves at the start.
+    crossings: Vec<Crossing>,
     warnings: Vec<String>,
+}
+
+/// A body whose surface crosses itself.
+#[derive(Debug, Serialize)]
+struct Crossing {
+    body: String,
+    /// Pairs of an edge and a triangle.
+    count: u64,
+    /// The particles of the first pair: ends of its edge, corners of its triangle.
+    edge: [u32; 2],
+    triangle: [u32; 3],
 }
 
 /// A collider that is a mesh.
@@ -70,6 +90,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
         particles: simulation.particle_count(),
         springs: setup.bodies.iter().map(|body| body.network.springs.len()).sum(),
         colliders: colliders.collect(),
+        crossings: crossings(&setup),
         warnings,
     };
     meshes::note(&checked.warnings);
@@ -79,12 +100,24 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     }
 }
 
-/// A sentence, and a table of the meshes of colliders.
+fn crossings(setup: &WorldSetup) -> Vec<Crossing> {
+    let of_body = |body: &BodySetup| {
+        let Crossed { count, edge, triangle } = body.network.crossed()?;
+        Some(Crossing { body: body.name.clone(), count, edge, triangle })
+    };
+    setup.bodies.iter().filter_map(of_body).collect()
+}
+
+/// A sentence, one for each body that crosses itself, and a table of the meshes of colliders.
 fn in_words(checked: &Checked<'_>) -> String {
     let count = |count: usize| output::count(count as u64);
-    let Checked { scene, particles, springs, colliders, .. } = checked;
-    let sentence =
+    let Checked { scene, particles, springs, colliders, crossings, .. } = checked;
+    let mut sentence =
         format!("{scene}: no errors; {} particles, {} springs", count(*particles), count(*springs));
+    for Crossing { body, count, edge, triangle } in crossings {
+        let crossed = Crossed { count: *count, edge: *edge, triangle: *triangle };
+        let _ = write!(sentence, "\nbody '{body}': {crossed}");
+    }
     if colliders.is_empty() {
         return sentence;
     }

@@ -18,7 +18,7 @@ box = { center = [0, 5, 0], size = [1, 0.1, 1] }
 "#;
 
 /// Moves the lid, in place of where it stands.
-const KEYS: &str = r#"
+const KEYS: &str = r"
 [[collider.key]]
 time = 0
 position = [0, 5, 0]
@@ -27,7 +27,7 @@ position = [0, 5, 0]
 time = 0.02
 position = [0, 6, 0]
 turn = [0, 1, 0, 0]
-"#;
+";
 
 /// Force and torque of a load.
 fn numbers(load: &Value) -> [f64; 6] {

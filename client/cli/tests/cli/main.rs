@@ -36,6 +36,7 @@ mod numbers;
 mod names;
 mod moved_colliders;
 mod loads;
+mod surfaces;
 mod sweep;
 mod sweep_files;
 mod snow;

@@ -228,6 +228,10 @@ fn ranks_that_cannot_start_are_said_to() {
     );
     let descent = SMALL_SCENE.replace("mass =", "minimizer = \"vertex_block_descent\"\nmass =");
     says(&[&write_scene(here.path(), &descent)], &["RANKS_UNSUPPORTED", "sheet", "vertex_block_descent"]);
+    let thick = SMALL_SCENE.replace("mass =", "thickness = 0.01\nmass =");
+    says(&[&write_scene(here.path(), &thick)], &["RANKS_UNSUPPORTED", "'sheet'", "thickness"]);
+    let counted = SMALL_SCENE.replace("steps = 40", "steps = 40\ncontact = { surface = \"count\" }");
+    says(&[&write_scene(here.path(), &counted)], &["RANKS_UNSUPPORTED", "'sheet'", "surface"]);
 
     let server = Server::with(&["--max-ranks", "1"]);
     let done = server.nappe(&["create", "flag", "--ranks", "2"]);

@@ -30,7 +30,15 @@ from nappe._errors import (
 )
 from nappe._frames import Frame, Grid
 from nappe._pending import Pending
-from nappe._reports import ClothSteps, ColliderLoad, Diagnostics, Notices, SnowDiagnostics, SolveReport
+from nappe._reports import (
+    ClothSteps,
+    ColliderLoad,
+    Diagnostics,
+    Notices,
+    SnowDiagnostics,
+    SolveReport,
+    SurfaceReport,
+)
 from nappe._requests import Changes
 from nappe._sync_server import Server, connect, serve
 from nappe._sync_session import Session
@@ -96,6 +104,7 @@ __all__ = [
     "SolveReport",
     "SpringParameters",
     "Stream",
+    "SurfaceReport",
     "TooSlow",
     "Topology",
     "Trajectory",

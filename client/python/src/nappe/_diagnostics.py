@@ -3,7 +3,8 @@
 The columns follow from the fields of `Diagnostics`: what is nested has a prefix, such as `snow_mass`. Stages are left
 out, and loads of colliders stand in the table alone, under the collider's name: `load_floor_force_x`. An absent number
 is nan, an absent word is "". In the structured array all numbers are float64, and a vector is one column. In the table
-a vector is three columns and a whole number is int64, which has no nan: an absent count is 0, an absent index is -1.
+a vector is three columns and a whole number is int64, which has no nan: an absent count is 0, an absent index is -1,
+and so is a count that the scene does not ask for.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class _Column:
     path: tuple[str, ...]
     kind: Any
     is_index: bool
-    """A whole number that says which, so that 0 stands for the first."""
+    """A whole number that says which, so that 0 stands for the first, or a count that may not be made."""
 
     @property
     def name(self) -> str:

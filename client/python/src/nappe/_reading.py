@@ -7,7 +7,15 @@ from datetime import datetime, timezone
 from typing import Any, TypeVar
 
 from nappe._contract import Message
-from nappe._reports import ClothSteps, ColliderLoad, Diagnostics, Notices, SnowDiagnostics, SolveReport
+from nappe._reports import (
+    ClothSteps,
+    ColliderLoad,
+    Diagnostics,
+    Notices,
+    SnowDiagnostics,
+    SolveReport,
+    SurfaceReport,
+)
 from nappe._values import (
     Accepted,
     Air,
@@ -38,6 +46,7 @@ _CLASSES: dict[str, type[Any]] = {
         SnowDiagnostics,
         Notices,
         ColliderLoad,
+        SurfaceReport,
         Diagnostics,
         SpringParameters,
         Air,

@@ -112,6 +112,25 @@ class Notices:
 
 
 @dataclass(frozen=True)
+class SurfaceReport:
+    """What kept surfaces of cloth apart in one step of the scene."""
+
+    pairs: int
+    """Pairs of a vertex and a triangle, or of two edges, that could meet within the last sub-step."""
+    active: int
+    """Those of them that pushed in the last solve of the last sub-step."""
+    rounds: int
+    """The most solves that a sub-step made, between which pairs were added and dropped."""
+    least_gap_m: float | None
+    """The least distance of a pair at the end of any sub-step (m). None where none had a pair."""
+    failed: int
+    """Sub-steps that were not accepted since pairs could not be kept apart."""
+    crossings: int | None
+    """Pairs of an edge and a triangle that cross, counted exactly at the end of each sub-step: the most of any. None
+    where the scene does not ask for the count."""
+
+
+@dataclass(frozen=True)
 class ColliderLoad:
     """What a collider felt in a step: minus the impulses that contact gave to cloth and snow, over the length of the
     step."""
@@ -167,3 +186,6 @@ class Diagnostics:
     loads: tuple[ColliderLoad, ...]
     """What each collider felt in the step, in the order of the scene. Empty without colliders, and before the first
     step."""
+    surface: SurfaceReport | None
+    """What kept the surfaces of cloth apart. None where no body has a thickness and crossings are not counted, and
+    before the first step."""

@@ -37,6 +37,7 @@ export const REASONS = {
   MOMENTUM_BALANCE: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Ask for more sweeps, or reduce dt; choose newton where the cloth is very stiff or very fine.' },
   ERROR_TOLERANCE: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce dt, or raise the tolerance.' },
   COLLIDER_PASSED: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce dt, make the collider thicker or slower, or choose on_pass = warn.' },
+  CONTACT: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Leave the surfaces more room, move what closes more slowly or less far, or reduce dt or the thickness.' },
   NEVER_STABLE: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Choose symplectic_euler, add drag, or mark the step unchecked and accept that it may diverge.' },
   NODE_SPEED: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce the fixed step, or let the step be certified.' },
   DEFORMATION_LIMIT: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce the fixed step, or let the step be certified; check the material\'s numbers.' },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nappe_sim::{
     cloth::{
         self, ClothSettings, ElementList, Minimizer, MinimizerKind, Network, NewtonSettings, OnPass, Spring,
-        SpringKind, SpringRules, StateLimits,
+        SpringKind, SpringRules, StateLimits, SurfaceSettings,
     },
     linalg::{SolverSettings, Stop},
     mesh::TriangleMesh,
@@ -21,7 +21,7 @@ use super::{
     repair,
     size::{self, Owner, Size},
     start::ClothStart,
-    units,
+    thickness, units,
 };
 use crate::{
     body::{Body, ElementLaw, GridPlane, Mesh, MeshRepair, Pattern, SpringLaw, Springs},
@@ -37,6 +37,8 @@ pub(super) struct BodyText<'a> {
     pub(super) at: Location<'a>,
     /// Time step of the scene (s).
     pub(super) dt: f64,
+    /// How surfaces of the scene meet each other.
+    pub(super) contact: SurfaceSettings,
     /// The colliders of the scene.
     pub(super) solids: &'a [Solid<'a>],
 }
@@ -93,12 +95,14 @@ pub(super) fn build(
     network.pins = pinned;
     network.drag = body.drag;
     network.air = body.air;
+    network.thickness = body.thickness;
     if body.air.is_some() && mesh.triangles.is_empty() {
         let message = "acts on triangles, and the mesh has none: a chain feels drag";
         return text.at.key("air").inconsistent(message);
     }
     let at = text.at.key("moving_pin");
     let settings = settings(text)?;
+    thickness::check(&network, &settings, &text.at)?;
     let changes = pins::moves(&body.moving_pins, layout, &network, first_particle, &at)?;
     Ok(Made { setup: BodySetup { name: body.name.clone(), network, settings, forces }, changes, warnings })
 }
@@ -319,6 +323,7 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
         time_step: time_step(text)?,
         tolerance: body.tolerance,
         on_pass: body.on_pass,
+        contact: text.contact,
         limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
         block_size: body.block_size,
     })

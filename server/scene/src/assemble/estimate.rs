@@ -3,7 +3,7 @@
 //! Reads a scene and the sizes of its meshes; gives numbers, nearly. Errors are left to [`Scene::build`].
 
 use nappe_sim::{
-    cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind},
+    cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind, SurfaceCheck},
     collide::{
         LOAD_BYTES,
         shape::{MeshSolid, NEAR_BYTES},
@@ -52,6 +52,8 @@ pub struct SceneSize {
     pub mesh_springs: u64,
     /// Triangles of cloth.
     pub triangles: u64,
+    /// Of these, triangles that are kept from crossing each other, or whose crossings are counted.
+    pub triangles_apart: u64,
     /// Of these, triangles that air acts on.
     pub triangles_in_air: u64,
     /// Particles of snow.
@@ -75,7 +77,7 @@ impl Scene {
         let (mut size, mut load_blocks) = (SceneSize::default(), 0_u64);
         for body in &self.bodies {
             let before = size.cloth_particles;
-            size.add_body(body, self.dt, meshes);
+            size.add_body(body, self, meshes);
             let particles = size.cloth_particles - before;
             load_blocks = load_blocks.saturating_add(particles.div_ceil(body.block_size.max(1) as u64));
         }
@@ -106,7 +108,7 @@ impl Scene {
 }
 
 impl SceneSize {
-    fn add_body(&mut self, body: &Body, dt: f64, meshes: &dyn MeshSource) {
+    fn add_body(&mut self, body: &Body, scene: &Scene, meshes: &dyn MeshSource) {
         let springs = body.springs.as_ref();
         let (points, triangles, lattice) = match &body.mesh {
             &Mesh::Grid { grid: [columns, rows], .. } => grid(columns.into(), rows.into()),
@@ -140,7 +142,7 @@ impl SceneSize {
         }
         let is_coarse = match preconditioner {
             PreconditionerKind::TwoLevel => true,
-            PreconditionerKind::Auto => is_stiff(body, points, kinds, dt),
+            PreconditionerKind::Auto => is_stiff(body, points, kinds, scene.dt),
             _ => false,
         };
         if integrator.is_implicit() && is_coarse {
@@ -151,6 +153,9 @@ impl SceneSize {
             self.divided_particles = self.divided_particles.saturating_add(points);
         }
         self.triangles = self.triangles.saturating_add(triangles);
+        if body.thickness > 0.0 || scene.contact.unwrap_or_default().surface == SurfaceCheck::Count {
+            self.triangles_apart = self.triangles_apart.saturating_add(triangles);
+        }
         if body.air.is_some() {
             self.triangles_in_air = self.triangles_in_air.saturating_add(triangles);
         }

@@ -11,6 +11,7 @@ mod inside;
 mod start;
 mod repair;
 mod units;
+mod thickness;
 mod collider;
 mod body;
 mod snow;

@@ -13,7 +13,7 @@ use super::{
     meshes::MeshSource,
     names,
     size::{SceneLimits, Size},
-    snow,
+    snow, thickness,
 };
 use crate::{
     error::{Found, SceneError, SceneErrors},
@@ -47,6 +47,7 @@ impl Scene {
         names::check(self, &root, &mut found);
         found.take(check_wind(self, &root));
 
+        let contact = self.contact.unwrap_or_default();
         let mut size = Size::new(limits);
         let (list, mut solids, mut collider_solids) = (root.key("collider"), Vec::new(), Vec::new());
         for (i, text) in self.colliders.iter().enumerate() {
@@ -60,12 +61,14 @@ impl Scene {
 
         let (mut bodies, mut initial_changes) = (Vec::new(), Vec::new());
         for (i, body) in self.bodies.iter().enumerate() {
-            let text = BodyText { body, at: root.key("body").index(i), dt: self.dt, solids: &solids };
+            let at = root.key("body").index(i);
+            let text = BodyText { body, at, dt: self.dt, contact, solids: &solids };
             let Some(made) = found.take(body::build(&text, meshes, &mut size)) else { continue };
             initial_changes.extend(made.changes);
             warnings.extend(made.warnings.iter().map(|warning| format!("body '{}': {warning}", body.name)));
             bodies.push(made.setup);
         }
+        warnings.extend(thickness::warnings(&bodies, &solids, contact));
 
         let at = root.key("snow");
         let snow = self.snow.as_ref().and_then(|text| {

@@ -1,6 +1,6 @@
 //! The keys of a scene: the root.
 
-use nappe_sim::{math::Precision, world::allowed};
+use nappe_sim::{cloth::SurfaceCheck, math::Precision, world::allowed};
 
 use super::{body::BODY, snow::SNOW};
 use crate::{
@@ -25,6 +25,17 @@ static WIND_AT: Section = Section {
     alternatives: Alternatives::None,
 };
 
+#[rustfmt::skip] // one line per key
+static CONTACT: Section = Section {
+    name: "contact",
+    about: "How surfaces of cloth meet each other. The distance that they keep is the `thickness` of a body.",
+    keys: &[
+        key("friction", Number(Range(0.0, 100.0)), "", Default("0.3"), "Coulomb's friction coefficient between surfaces of bodies with a thickness"),
+        key("surface", Choice(|| SurfaceCheck::ALL.map(SurfaceCheck::name).to_vec()), "", Default("\"off\""), "whether edges that cross triangles are counted at the end of each sub-step, exactly, with and without a thickness: off, or count, whose number stands in the diagnostics"),
+    ],
+    alternatives: Alternatives::None,
+};
+
 /// The root of a scene.
 #[rustfmt::skip] // one line per key
 pub(crate) static ROOT: Section = Section {
@@ -41,6 +52,7 @@ pub(crate) static ROOT: Section = Section {
         key("wind", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the medium; bodies feel it through their drag and their air"),
         key("wind_at", Tables(&WIND_AT, 10_000), "", Default("[]"), "in place of `wind`, its velocity over time: `[[wind_at]]`"),
         key("hash_interval", Whole(1, 1_000_000), "frames", Default("10"), "frames between frames that carry the hash of the state"),
+        key("contact", Table(&CONTACT), "", Absent("its defaults"), "how surfaces of cloth meet each other: `[contact]`"),
         key("body", Tables(&BODY, MANY), "", Default("[]"), "bodies: `[[body]]`; a scene has at least one body or snow"),
         key("snow", Table(&SNOW), "", Absent("no snow"), "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, because nothing couples them yet"),
         key("collider", Tables(&COLLIDER, MANY), "", Default("[]"), "colliders: `[[collider]]`"),

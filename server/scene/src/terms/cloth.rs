@@ -57,6 +57,7 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
             moving_pins: _,
             forces: _,
             drag,
+            thickness: _, // Of surfaces, below.
             air,
             integrator: _,
             minimizer: _,
@@ -97,6 +98,18 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
     }
     if (has_drag || has_air) && winds.any(|wind| wind != [0.0; 3]) {
         terms.push(SceneTerm::new("wind", Removal::Wind));
+    }
+    terms
+}
+
+/// Thicknesses of bodies, and the friction (1) between their surfaces.
+pub(super) fn of_surfaces(bodies: &[Body], friction: f64) -> Vec<SceneTerm> {
+    let thick = bodies.iter().enumerate().filter(|(_, body)| body.thickness > 0.0);
+    let mut terms: Vec<SceneTerm> = thick
+        .map(|(place, body)| SceneTerm::new(format!("thickness of {}", body.name), Removal::Thickness(place)))
+        .collect();
+    if !terms.is_empty() && friction > 0.0 {
+        terms.push(SceneTerm::new("friction of surfaces", Removal::SurfaceFriction));
     }
     terms
 }

@@ -1,9 +1,12 @@
 //! A scene with its terms listed, and the same scene without some of them.
 
-use nappe_sim::{cloth::SpringKind, math::Precision};
+use nappe_sim::{
+    cloth::{SpringKind, SurfaceSettings},
+    math::Precision,
+};
 
 use super::{
-    cloth::{law_mut, of_bodies, of_springs},
+    cloth::{law_mut, of_bodies, of_springs, of_surfaces},
     snow::{hardening, make_elastic, of_snow},
     term::{Removal, SceneTerm},
 };
@@ -24,6 +27,7 @@ impl Scene {
             wind,
             wind_at,
             hash_interval: _,
+            contact,
             bodies,
             snow,
             colliders,
@@ -32,6 +36,7 @@ impl Scene {
         let mut terms = of_springs(bodies);
         let winds = wind_at.iter().map(|key| key.velocity).chain([*wind]);
         terms.extend(of_bodies(bodies, winds));
+        terms.extend(of_surfaces(bodies, contact.unwrap_or_default().friction));
         let is_of_one = bodies.is_empty() || snow.is_none();
         if bodies.is_empty() {
             terms.extend(snow.iter().flat_map(of_snow));
@@ -97,6 +102,14 @@ impl Scene {
             Removal::ElementDamping(body, kind) => {
                 let laws = self.bodies.get_mut(body).into_iter().flat_map(|body| &mut body.laws);
                 laws.filter(|law| law.name == kind).for_each(|law| law.damping = 0.0);
+            }
+            Removal::Thickness(place) => {
+                if let Some(body) = self.bodies.get_mut(place) {
+                    body.thickness = 0.0;
+                }
+            }
+            Removal::SurfaceFriction => {
+                self.contact = Some(SurfaceSettings { friction: 0.0, ..self.contact.unwrap_or_default() });
             }
             Removal::Drag => self.bodies.iter_mut().for_each(|body| body.drag = 0.0),
             Removal::Air => self.bodies.iter_mut().for_each(|body| body.air = None),
@@ -176,6 +189,19 @@ mod tests {
             let again = Scene::parse(&left.to_toml(), "again.toml").expect("a scene");
             assert!(again.terms().is_empty());
         }
+    }
+
+    #[test]
+    fn a_thickness_and_its_friction_are_terms() {
+        let text = CLOTH.replace("name = \"cloth\"\n", "name = \"cloth\"\nthickness = 0.001\n");
+        let scene = Scene::parse(&text, "thick.toml").expect("a scene");
+        let is_new = |name: &String| name == "thickness of cloth" || name == "friction of surfaces";
+        assert_eq!(names(&scene).into_iter().filter(is_new).count(), 2);
+        let left = scene.without(&[Removal::SurfaceFriction]);
+        let friction = left.contact.map(|contact| contact.friction);
+        assert_eq!((friction, left.bodies[0].thickness), (Some(0.0), 0.001));
+        let left = scene.without(&[Removal::Thickness(0)]);
+        assert_eq!((names(&left).into_iter().filter(is_new).count(), left.bodies[0].thickness), (0, 0.0));
     }
 
     #[test]

@@ -13,6 +13,10 @@ pub enum Removal {
     Elements(usize, ElementKind),
     /// The damping of the elements of a law of a body.
     ElementDamping(usize, ElementKind),
+    /// The thickness of a body, by its place: its surface passes through itself then.
+    Thickness(usize),
+    /// The friction between surfaces of cloth.
+    SurfaceFriction,
     /// The drag of the medium on all bodies.
     Drag,
     /// The air around all bodies.

@@ -6,6 +6,7 @@ mod ways;
 mod acting;
 mod outside;
 mod overlap;
+mod surfaces;
 
 use std::sync::Arc;
 

@@ -5,6 +5,7 @@ mod laws;
 mod network;
 mod layout;
 mod state;
+mod contact;
 mod evaluate;
 mod judge;
 mod integrate;
@@ -14,9 +15,10 @@ pub use evaluate::Workspace;
 pub use laws::{Air, ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
 pub use layout::{LawEntry, Model, Parameters, Springs};
 pub(crate) use network::resolve;
-pub use network::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
+pub use network::{Crossed, ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
 pub use settings::{
     ClothSettings, Hessian, Integrator, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits,
+    SurfaceCheck, SurfaceSettings,
 };
 pub(crate) use state::{ClothReport, Gain};
 pub use state::{PathPoint, PinMotion, State};

@@ -2,18 +2,19 @@
 //! All cloths of a world take their sub-steps together: the world calls these for each.
 
 use super::{
+    contact::PairEnergy,
     evaluate::Workspace,
     integrate,
     judge::{After, Before, accept, cause, fastest, gain_limit, gained, judge, owed, risen_most, start_of},
     layout::{Model, Parameters},
-    settings::{ClothSettings, Integrator, OnPass, Purpose},
+    settings::{ClothSettings, Integrator, OnPass, Purpose, SurfaceCheck},
     state::{Allowance, ClothReport, Judged, State},
 };
 use crate::{
     collide::{Contacts, Met, Passed, resolve},
     linalg::SolveReport,
     math::Real,
-    report::{BoundKind, Diagnostics, Load, Stage, StepFailure, Stopwatch, TimeBound, Work},
+    report::{BoundKind, Diagnostics, Load, Stage, StepFailure, Stopwatch, SurfaceReport, TimeBound, Work},
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -109,7 +110,7 @@ impl<R: Real> Stepping<'_, R> {
         [dt, time]: [f64; 2],
         watch: &mut dyn Stopwatch,
     ) -> Result<(), StepFailure> {
-        self.work.allowed = match self.go(dt, watch) {
+        self.work.allowed = match self.go([dt, time], watch) {
             Ok(allowed) => allowed,
             Err(failure) => return Err(cause(self.model, self.state, failure)),
         };
@@ -150,8 +151,12 @@ impl<R: Real> Stepping<'_, R> {
         Ok(())
     }
 
-    /// Computes where a sub-step of `dt` (s) leads, and judges it; what energy it may have, where that is judged.
-    fn go(&mut self, dt: f64, watch: &mut dyn Stopwatch) -> Result<Option<Allowance>, StepFailure> {
+    /// Computes where a sub-step of `dt` (s), which ends at `time` (s), leads, and judges it; what energy it may have, where that is judged.
+    fn go(
+        &mut self,
+        [dt, time]: [f64; 2],
+        watch: &mut dyn Stopwatch,
+    ) -> Result<Option<Allowance>, StepFailure> {
         self.work.begin_substep(self.state);
         self.refresh(dt);
         let asked = self.settings.time_step.asked(self.around.dt);
@@ -168,7 +173,7 @@ impl<R: Real> Stepping<'_, R> {
         self.work.make_room(self.state);
         let Self { model, settings, around, .. } = *self;
         let work = &mut *self.work;
-        let advanced = integrate::advance(model, settings, around.interrupt, self.state, work, watch)?;
+        let advanced = integrate::advance(model, settings, (around, time), self.state, work, watch)?;
         if settings.integrator == Integrator::ExplicitEuler {
             work.start.own = work.numbers.dt * work.numbers.dt * advanced.motion.change;
         }
@@ -181,6 +186,7 @@ impl<R: Real> Stepping<'_, R> {
             error: advanced.motion.error,
             external_work,
             without_history: u32::from(starts_anew),
+            surface: model.thick_surface().map(|_| work.contact.report),
             ..ClothReport::default()
         };
         let ClothReport { error, notices, .. } = &mut work.tried;
@@ -199,14 +205,15 @@ impl<R: Real> Stepping<'_, R> {
             work.evaluate_next(model, Purpose::of(settings));
             watch.lap(Stage::Force);
         }
-        let Workspace { evaluation, next, numbers, cg, .. } = &*work;
+        let Workspace { evaluation, next, numbers, cg, contact, .. } = &*work;
         if let Some(failure) = judge(model, next, &evaluation.diagnostics(), settings) {
             return Err(failure);
         }
         let states = [&*self.state, next];
         let owed = self.state.gain.energy;
+        let pairs = if model.thick_surface().is_some() { contact.energy } else { PairEnergy::default() };
         let after =
-            After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, states, owed };
+            After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, states, owed, pairs };
         accept(model, numbers, &before, &after).map(Some)
     }
 
@@ -218,13 +225,21 @@ impl<R: Real> Stepping<'_, R> {
     /// Lets what was tried meet colliders, at `time` (s).
     fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<Met, StepFailure> {
         let Self { model, settings, around, .. } = *self;
-        let Workspace { next: State { x, v, past, .. }, numbers, tried, contacts: kept, .. } =
+        let Workspace { next: State { x, v, past, .. }, numbers, tried, contacts: kept, contact, .. } =
             &mut *self.work;
+        let is_thick = model.thick_surface().is_some();
+        if is_thick {
+            contact.rub(model, around.colliders, (&self.state.x, numbers.dt), [x, v]);
+        }
         let (colliders, share, user) = (around.colliders, &model.share, &model.user);
         let contacts = Contacts { colliders, time, dt: numbers.dt, share, user };
         let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
         let from = [&self.state.x[..], &self.state.v[..]];
-        let met = resolve(contacts, &model.inv_m, from, [x, v], past, kept);
+        let mut met = resolve(contacts, &model.inv_m, from, [x, v], past, kept);
+        if is_thick && !colliders.is_empty() {
+            kept.add(contact.given());
+            met.touched = met.touched.max(contact.pushed());
+        }
         let Met { touched, passed, first_passed, pinched, first_pinched, .. } = met;
         watch.lap(Stage::Collide);
 
@@ -251,6 +266,13 @@ impl<R: Real> Stepping<'_, R> {
         let Self { model, settings, .. } = *self;
         let is_evaluated = self.work.is_current(Purpose::of(settings));
         self.work.accept(self.state);
+        if let Some(surface) = &model.surface
+            && settings.contact.surface == SurfaceCheck::Count
+        {
+            let crossings = Some(self.work.crossings.of(surface, &self.state.x));
+            let tried = &mut self.work.tried.surface;
+            *tried = Some(SurfaceReport { crossings, ..tried.unwrap_or_default() });
+        }
         let stands = self.state.rest_pins();
         if !is_evaluated || stands {
             self.work.evaluate(model, Purpose::of(settings), self.state);
@@ -309,8 +331,9 @@ impl<R: Real> Stepping<'_, R> {
 impl<R: Real> Workspace<R> {
     /// Adds what an accepted sub-step has to tell.
     fn add_to_report(&mut self) {
-        let ClothReport { contact_count, solve, error, without_history, notices, external_work, .. } =
-            self.tried;
+        let ClothReport {
+            contact_count, solve, error, without_history, notices, external_work, surface, ..
+        } = self.tried;
         let report = &mut self.report;
         report.contact_count += contact_count;
         if contact_count > 0 {
@@ -318,6 +341,8 @@ impl<R: Real> Workspace<R> {
         }
         report.without_history += without_history;
         report.external_work += external_work;
+        let with = |surface: SurfaceReport| report.surface.map_or(surface, |before| before.and(surface));
+        report.surface = surface.map(with).or(report.surface);
         report.notices = report.notices.and(notices);
         report.error = report.error.max(error);
         let with = |solve: SolveReport| report.solve.map_or(solve, |others| others.and(solve));

@@ -12,7 +12,7 @@ use super::{
     load::Giving,
     passed::REACHED,
     shape::Near,
-    touch::{Answer, Touch, change},
+    touch::{Answer, Touch, push_and_rub},
 };
 use crate::math::{Vec3, array3, vec3};
 
@@ -63,7 +63,7 @@ impl<'a> SubStep<'a> {
                 return Answer { swing: lag.dot(&(flight.end_velocity() - free)), ..end };
             }
             let push = (1.0 + collider.restitution) * approach;
-            let change = change(&collider, &relative, &meeting.normal, push);
+            let change = push_and_rub(&collider, &relative, &meeting.normal, push);
             flight.w += change;
             giving.touched(&collider, &change, &flight.x);
         }

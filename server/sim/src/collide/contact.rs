@@ -126,6 +126,11 @@ impl Kept {
         self.given.clear();
     }
 
+    /// Adds what the solve of the sub-step that is tried gave to colliders.
+    pub(crate) fn add(&mut self, given: &BlockLoads) {
+        self.tried.add(given);
+    }
+
     /// Takes over what the sub-step that was tried gave to colliders.
     pub(crate) fn accept(&mut self) {
         self.given.add(&self.tried);

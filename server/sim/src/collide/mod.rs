@@ -31,4 +31,5 @@ pub(crate) use motion::{FASTEST, Motion, surface_speed};
 pub(crate) use moving::Moved;
 pub(crate) use passed::has_passed;
 pub(crate) use pose::{turn_length, unit};
+pub(crate) use touch::push_and_rub;
 pub(crate) use velocity::velocity_after;

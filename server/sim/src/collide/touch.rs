@@ -60,7 +60,7 @@ impl Touch<'_> {
         let presses = approach > f64::EPSILON * end.v.amax();
         let (mut lift, mut out) = (self.depth - self.allowed, *normal);
         if presses {
-            let by = change(&collider, &relative, normal, approach);
+            let by = push_and_rub(&collider, &relative, normal, approach);
             end.v += by;
             let slowing = by - normal * approach;
             if slowing.norm_squared() > 0.0 {
@@ -111,7 +111,12 @@ impl Rub<'_> {
 }
 
 /// What a collider adds to a velocity relative to it (m/s) by a push along the normal.
-pub(super) fn change(collider: &Collider, relative: &Vec3<f64>, normal: &Vec3<f64>, push: f64) -> Vec3<f64> {
+pub(crate) fn push_and_rub(
+    collider: &Collider,
+    relative: &Vec3<f64>,
+    normal: &Vec3<f64>,
+    push: f64,
+) -> Vec3<f64> {
     let sliding = relative - normal * relative.dot(normal);
     let speed = sliding.norm();
     let slowed = if speed > 0.0 { (collider.friction * push / speed).min(1.0) } else { 0.0 };

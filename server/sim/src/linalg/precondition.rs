@@ -145,6 +145,32 @@ impl Inverse3 {
         }
     }
 
+    /// Takes over in a lane the inverse of its matrix and another one together, which is positive semi-definite; leaves it as it was where a factor
+    /// leaves the range.
+    pub(crate) fn add(&mut self, lane: usize, added: &Symmetric3) {
+        let [yx, zx, zy] = self.below.map(|row| -f64::from(row[lane]));
+        let [x, y, z] = self.pivots.map(|row| 1.0 / f64::from(row[lane]));
+        // L = W⁻¹.
+        let zx = yx * zy + zx;
+        let Symmetric3 { xx, yy, zz, xy, xz, yz } = *added;
+        let (xx, xy, xz) = (x + xx, x * yx + xy, x * zx + xz);
+        let (yy, yz) = (x * yx * yx + y + yy, x * yx * zx + y * zy + yz);
+        let zz = x * zx * zx + y * zy * zy + z + zz;
+
+        let (yx, zx) = (xy / xx, xz / xx);
+        let y = yy - yx * xy;
+        let zy = (yz - zx * xy) / y;
+        let pivots = [xx, y, zz - zx * xz - zy * zy * y];
+        if pivots.iter().all(|pivot| (SMALLEST..LARGEST).contains(pivot)) {
+            for (row, pivot) in self.pivots.iter_mut().zip(pivots) {
+                row[lane] = (1.0 / pivot) as f32;
+            }
+            for (row, entry) in self.below.iter_mut().zip([-yx, yx * zy - zx, -zy]) {
+                row[lane] = entry as f32;
+            }
+        }
+    }
+
     /// Products with sixteen vectors.
     #[inline(always)]
     pub(crate) fn times<P: Pack>(&self, v: [P; 3]) -> [P; 3] {
@@ -201,6 +227,29 @@ mod tests {
                 let (pivots, w) = factors(&Inverse3::of(&[a], kind, 0.25)[0]);
                 assert_eq!((pivots, w), (Vec3::repeat(0.25), Mat3::identity()));
             }
+        }
+    }
+
+    #[test]
+    fn what_is_added_to_a_matrix_is_in_its_inverse_and_in_no_other() {
+        let a = Symmetric3 { xx: 4.0, yy: 3.0, zz: 5.0, xy: 1.0, xz: -0.5, yz: 0.25 };
+        let n = Vec3::new(2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0);
+        for stiffness in [0.0, 1.0, 100.0, 1e4] {
+            let [xx, yy, zz, xy, xz, yz] =
+                [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| stiffness * n[i] * n[j]);
+            let mut inverse = Inverse3::of(&[a, a], PreconditionerKind::BlockJacobi, 0.0);
+            let before = inverse[0];
+            inverse[0].add(0, &Symmetric3 { xx, yy, zz, xy, xz, yz });
+            let (pivots, w) = factors(&inverse[0]);
+            let product = w.transpose() * Mat3::from_diagonal(&pivots) * w;
+            let sum = Mat3::new(a.xx, a.xy, a.xz, a.xy, a.yy, a.yz, a.xz, a.yz, a.zz)
+                + n * n.transpose() * stiffness;
+            let off = (product * sum - Mat3::identity()).amax();
+            assert!(off < 1e-6 * (1.0 + stiffness).sqrt() * 4.0, "{stiffness}: {off:e}");
+            assert_eq!(
+                (0..3).map(|c| inverse[0].pivots[c][1]).collect::<Vec<_>>(),
+                (0..3).map(|c| before.pivots[c][1]).collect::<Vec<_>>()
+            );
         }
     }
 

@@ -1,7 +1,7 @@
 //! The corners of one triangle.
 
 /// Whether a triangle names a point twice.
-pub(super) fn is_degenerate(t: &[u32; 3]) -> bool {
+pub(crate) fn is_degenerate(t: &[u32; 3]) -> bool {
     t[0] == t[1] || t[1] == t[2] || t[2] == t[0]
 }
 

@@ -14,11 +14,11 @@ use thiserror::Error;
 
 use crate::math::four_digits;
 
-pub(crate) use self::by_point::sorted;
+pub(crate) use self::{by_point::sorted, corners::is_degenerate};
 pub use self::{groups::Groups, junctions::TJunctions, survey::Survey, weld::Welded};
 
 use self::{
-    corners::{corner_edges, is_degenerate},
+    corners::corner_edges,
     repeats::{Repeats, crowded_edges, drop_repeats, repeated_triangles},
     slivers::{CANDIDATES, Close, close},
 };

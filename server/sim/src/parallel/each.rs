@@ -318,12 +318,12 @@ parts_of_tuples! {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
     use super::*;
 
-    fn on_threads(count: usize, work: impl FnOnce() + Send) {
+    pub(crate) fn on_threads(count: usize, work: impl FnOnce() + Send) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool of few threads");
         pool.install(work);
     }

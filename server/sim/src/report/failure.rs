@@ -64,6 +64,12 @@ pub enum StepFailure {
     #[error("particle {particle} goes through collider '{collider}', or into it, within the step")]
     Passed { particle: u64, collider: String },
     #[error(
+        "the surfaces at particles {} and {} cannot be kept apart within the step: they come to {gap:.4e} m (leave them more room, move pins and colliders more slowly, or reduce dt)",
+        .particles[0],
+        .particles[1]
+    )]
+    Contact { particles: [u64; 2], gap: f64 },
+    #[error(
         "no step is stable: explicit Euler gains energy in every motion that is not damped, as at particle {particle} (choose symplectic_euler, add drag, or mark the step unchecked)"
     )]
     NeverStable { particle: u64 },
@@ -103,6 +109,9 @@ impl StepFailure {
         if let Self::Stretch { other, .. } | Self::Collapsed { other, .. } = &mut self {
             *other += first;
         }
+        if let Self::Contact { particles: [_, other], .. } = &mut self {
+            *other += first;
+        }
         if let Some(particle) = self.particle_mut() {
             *particle += first;
         }
@@ -125,6 +134,7 @@ impl StepFailure {
             | Self::Unbalanced { particle, .. }
             | Self::Inaccurate { particle, .. }
             | Self::Passed { particle, .. }
+            | Self::Contact { particles: [particle, _], .. }
             | Self::NeverStable { particle }
             | Self::TimeStep { particle, .. }
             | Self::Substeps { particle, .. }
@@ -148,6 +158,7 @@ impl StepFailure {
             Self::Unbalanced { .. } => "MOMENTUM_BALANCE",
             Self::Inaccurate { .. } => "ERROR_TOLERANCE",
             Self::Passed { .. } => "COLLIDER_PASSED",
+            Self::Contact { .. } => "CONTACT",
             Self::NeverStable { .. } => "NEVER_STABLE",
             Self::TimeStep { .. } => "TIME_STEP_LIMIT",
             Self::Substeps { .. } => "SUBSTEP_LIMIT",
@@ -173,6 +184,7 @@ impl StepFailure {
             | Self::Inaccurate { value, .. }
             | Self::NodeSpeed { value, .. }
             | Self::Deformation { value, .. }
+            | Self::Contact { gap: value, .. }
             | Self::Mass { found: value, .. } => Some(*value),
             Self::GridMemory { bytes, .. } => Some(*bytes as f64),
             Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),

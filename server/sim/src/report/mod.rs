@@ -10,6 +10,7 @@ mod failure;
 mod cloth;
 mod snow;
 mod load;
+mod surface;
 mod work;
 
 pub use bound::{BoundKind, TimeBound};
@@ -18,6 +19,7 @@ pub use failure::{StepError, StepFailure};
 pub use load::Load;
 pub use snow::SnowReport;
 pub use stage::{NoStopwatch, Stage, StageClock, StageSeconds, Stopwatch};
+pub use surface::SurfaceReport;
 pub use work::Work;
 
 use crate::linalg::{Outcome, SolveReport, Stop};
@@ -78,6 +80,8 @@ pub struct StepReport {
     pub cloth: Option<ClothSteps>,
     /// Sub-steps of the cloths that were not accepted and taken again, in their order.
     pub rejections: Vec<Rejection>,
+    /// What kept the surfaces of cloth apart, all bodies together; none where no body has a thickness and nothing is counted.
+    pub surface: Option<SurfaceReport>,
     /// Diagnostics of the snow; none without snow.
     pub snow: Option<SnowReport>,
     /// What the user should know although the step was taken.

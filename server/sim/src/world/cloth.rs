@@ -82,6 +82,12 @@ impl<R: Real> Cloth<R> {
             made => made,
         };
         let (model, parameters, warnings) = made.map_err(refused)?;
+        let crossed = if network.thickness > 0.0 { network.crossed() } else { None };
+        if let Some(crossed) = crossed {
+            let message =
+                format!("it has a thickness, and its surface crosses itself at the start: {crossed}");
+            return Err(refused(message));
+        }
         let state = State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };
         let start = Arc::new(([state.x.clone(), state.v.clone()], parameters.clone()));
 
@@ -142,14 +148,24 @@ impl<R: Real> Cloth<R> {
     }
 
     /// What its step told, as that of a body, the largest error of its sub-steps, and how many had no history.
-    pub(super) fn told(&self, report: ClothReport) -> (BodyReport, ErrorEstimate, u32) {
+    pub(super) fn told(&self, report: &ClothReport) -> (BodyReport, ErrorEstimate, u32) {
         let ClothReport {
-            diagnostics, contact_count, solve, error, without_history, mut notices, work, ..
-        } = report;
+            diagnostics,
+            contact_count,
+            solve,
+            error,
+            without_history,
+            surface,
+            mut notices,
+            work,
+            ..
+        } = *report;
         let of_all = |particle: u64| particle + u64::from(self.first_particle);
         notices.first_passed = notices.first_passed.map(of_all);
         notices.first_pinched = notices.first_pinched.map(of_all);
-        (BodyReport { diagnostics, contact_count, solve, snow: None, notices, work }, error, without_history)
+        let snow = None;
+        let body = BodyReport { diagnostics, contact_count, solve, surface, snow, notices, work };
+        (body, error, without_history)
     }
 
     pub(super) fn undo(&mut self) {

@@ -80,13 +80,17 @@ pub(super) fn step<R: Real>(
     for index in 0..bodies.len() {
         if let Some(cloth) = bodies[index].as_cloth_mut() {
             let told = cloth.stepping(around).finish(watch).map_err(|failure| (index, failure))?;
-            let (body, of_cloth, steps) = cloth.told(told);
+            let (body, of_cloth, steps) = cloth.told(&told);
             body.add_to(report);
             if let Some(loads) = Arc::get_mut(&mut report.loads) {
                 cloth.stepping(around).add_to(loads);
             }
             (error, without_history) = (error.max(of_cloth), without_history + steps);
         }
+    }
+    if let Some(surface) = &mut report.surface {
+        let cut = |rejection: &&Rejection| matches!(rejection.cause, StepFailure::Contact { .. });
+        surface.failed = report.rejections.iter().filter(cut).count() as u64;
     }
     let bound = next.shifted(bodies, asked);
     let preconditioner = report.solve.and_then(|solve| solve.preconditioner);

@@ -2,7 +2,7 @@
 
 use crate::{
     linalg::SolveReport,
-    report::{Diagnostics, Notices, SnowReport, StepReport, Work},
+    report::{Diagnostics, Notices, SnowReport, StepReport, SurfaceReport, Work},
 };
 
 /// What one step of the world tells of a body.
@@ -13,6 +13,8 @@ pub(super) struct BodyReport {
     pub(super) contact_count: u64,
     /// The worst linear solve of cloth, the last one of snow; none where there is none.
     pub(super) solve: Option<SolveReport>,
+    /// What kept the surfaces of a cloth apart.
+    pub(super) surface: Option<SurfaceReport>,
     /// What only snow tells.
     pub(super) snow: Option<SnowReport>,
     /// What the user should know; particles over all bodies.
@@ -26,6 +28,7 @@ impl BodyReport {
     pub(super) fn add_to(self, report: &mut StepReport) {
         report.diagnostics = report.diagnostics.with(&self.diagnostics);
         report.contact_count += self.contact_count;
+        report.surface = self.surface.into_iter().chain(report.surface).reduce(SurfaceReport::with);
         report.snow = self.snow.or(report.snow);
         report.notices = report.notices.and(self.notices);
         report.work = report.work.and(self.work);

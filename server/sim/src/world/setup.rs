@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::{forces::TimedForce, wind::Wind};
 use crate::{
-    cloth::{ClothSettings, Minimizer, Network},
+    cloth::{ClothSettings, Minimizer, Network, SurfaceCheck},
     collide::{Bounds, Collider, FASTEST},
     linalg::OperatorKind,
     math::{four_digits, number},
@@ -75,6 +75,14 @@ impl WorldSetup {
             let message = format!("{what} cannot be stepped over several ranks");
             Err(SetupError::Body { body: body.to_owned(), message })
         };
+        for BodySetup { name, network, settings, .. } in &self.bodies {
+            if network.thickness > 0.0 {
+                return refused(name, "cloth with a thickness");
+            }
+            if settings.contact.surface == SurfaceCheck::Count {
+                return refused(name, "surface = \"count\"");
+            }
+        }
         let solved = self.snow.iter().filter(|snow| snow.settings.integration.is_implicit());
         if let Some(object) = solved.flat_map(|snow| &snow.objects).next() {
             return refused(&object.name, "semi-implicit snow (its integration, beta)");
@@ -125,6 +133,15 @@ impl WorldSetup {
         if let Some(twice) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
             let message = "two bodies have this name: names are unique".into();
             return Err(SetupError::Body { body: names[twice].clone(), message });
+        }
+
+        let mut thick = self.bodies.iter().filter(|body| body.network.thickness > 0.0);
+        if let (Some(first), Some(second)) = (thick.next(), thick.next()) {
+            let message = format!(
+                "it has a thickness, as body '{}' has: contact between bodies is not computed yet",
+                first.name
+            );
+            return Err(SetupError::Body { body: second.name.clone(), message });
         }
 
         let particles = self.bounds();

@@ -53,6 +53,7 @@ impl<R: Real> SnowBody<R> {
             diagnostics: step.diagnostics,
             contact_count: step.contact_count,
             solve: step.solve,
+            surface: None,
             snow: Some(step.report.shifted(first)),
             notices: Notices {
                 first_passed: step.notices.first_passed.map(|particle| particle + first),

@@ -109,7 +109,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(122, "linalg/cg/mod.rs", "tolerance * scale", "tolerance"),
     text(123, "linalg/cg/curvature.rs", "        if curvature > bound {", "        if crate::mutant(123) || curvature > bound {"),
     text(124, "linalg/cg/mod.rs", "                if is_descent {", "                if !crate::mutant(124) && is_descent {"),
-    expression(125, "linalg/precondition.rs", "yx * zy - zx", "zx - yx * zy"),
+    expression(125, "linalg/precondition.rs", "[W::zero() - yx, yx * zy - zx, W::zero() - zy]", "[W::zero() - yx, zx - yx * zy, W::zero() - zy]"),
     expression(126, "linalg/minres.rs", "self.cosine * self.residual", "self.residual"),
     expression(127, "linalg/minres.rs", "*r / *m", "*r"),
     expression(128, "collide/touch.rs", "(collider.friction * push / speed).min(1.0)", "collider.friction * push / speed"),

@@ -5,7 +5,10 @@
 
 use super::{evaluation::Evaluation, numbers::StepNumbers};
 use crate::{
-    cloth::layout::{BlockOfRows, BlockScratch, Fold, Model, Scratches},
+    cloth::{
+        contact::PairRows,
+        layout::{BlockOfRows, BlockScratch, Fold, Model, Scratches},
+    },
     interrupt::Interrupt,
     linalg::{BlockCsr, LinearOperator, Sums, lanes_at, packs_at},
     math::{LANES, Mat3, Pack, Padded, Real, Sixteen, WithSimd, array::dot, dispatch, three},
@@ -20,6 +23,8 @@ pub(crate) struct StepMatrix<'a, R: Real> {
     pub(crate) x: &'a [Padded<R>],
     pub(crate) tangent: &'a [[R; LANES]],
     pub(crate) frozen: &'a [[R; LANES]],
+    /// Pairs that keep surfaces apart, where any push. An assembled matrix has none.
+    pub(crate) pairs: Option<&'a PairRows<R>>,
     pub(crate) scratches: &'a Scratches<R>,
     pub(crate) interrupt: &'a Interrupt,
 }
@@ -38,9 +43,15 @@ impl<'a, R: Real> StepMatrix<'a, R> {
             x,
             tangent: &evaluation.tangent,
             frozen: &evaluation.frozen,
+            pairs: None,
             scratches,
             interrupt,
         }
+    }
+
+    /// The same with pairs that push.
+    pub(crate) fn with(self, pairs: Option<&'a PairRows<R>>) -> Self {
+        Self { pairs, ..self }
     }
 
     /// Writes the matrix into `matrix`, made by [`pattern`].
@@ -147,6 +158,9 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
         model.springs.fold_block::<P>(block, [x, self.p], &mut self.scratch.records, &mut fold);
         if !model.elements.is_empty() {
             self.matrix.add_elements::<P>(block, self.p, self.q, self.scratch);
+        }
+        if let Some(pairs) = self.matrix.pairs {
+            pairs.multiply(block, self.first_row, self.p, self.q);
         }
 
         let drag = R::of(numbers.scheme.h) * numbers.drag;

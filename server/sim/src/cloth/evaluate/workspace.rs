@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     cloth::{
+        contact::{Contact, Count},
         layout::{Model, Scratches, Triangles},
         settings::{ClothSettings, Integrator, Purpose},
         state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
@@ -74,6 +75,10 @@ pub struct Workspace<R: Real> {
     pub(crate) squares: Vec<f64>,
     /// Of sweeps, block by block: where the last one led.
     pub(crate) sweep_sums: Vec<SweepSums>,
+    /// Pairs that keep its surfaces apart, in the sub-step that is tried.
+    pub(crate) contact: Contact<R>,
+    /// Memory of the count of crossings.
+    pub(crate) crossings: Count,
     /// What its contacts keep.
     pub(crate) contacts: collide::Kept,
     /// What the sub-step that is tried tells, and what those before it in the step told.

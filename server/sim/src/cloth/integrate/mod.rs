@@ -12,6 +12,7 @@ mod common_part;
 mod solve;
 mod iterate;
 mod one_step;
+mod with_contact;
 mod newton;
 mod saddle;
 mod common_motion;
@@ -30,10 +31,10 @@ use super::{
     state::State,
 };
 use crate::{
-    interrupt::Interrupt,
     linalg::SolveReport,
     math::Real,
     report::{StepFailure, Stopwatch},
+    surroundings::Surroundings,
 };
 
 /// What a sub-step that is tried tells.
@@ -44,16 +45,17 @@ pub(super) struct Advanced {
     pub(super) motion: Motion,
 }
 
-/// Writes the state one time step after `state`, which was evaluated, into the workspace's `next`. What was known of
+/// Writes the state at a time (s), one time step after `state`, which was evaluated, into the workspace's `next`. What was known of
 /// `state` is then used up.
 pub(super) fn advance<R: Real>(
     model: &Model<R>,
     settings: &ClothSettings,
-    interrupt: &Interrupt,
+    (around, end): (&Surroundings<'_>, f64),
     state: &State<R>,
     work: &mut Workspace<R>,
     watch: &mut dyn Stopwatch,
 ) -> Result<Advanced, StepFailure> {
+    let interrupt = around.interrupt;
     if interrupt.is_requested() {
         return Err(StepFailure::Interrupted);
     }
@@ -67,9 +69,12 @@ pub(super) fn advance<R: Real>(
         Integrator::VelocityVerlet => velocity_verlet::advance(&mut step),
         Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
         Integrator::ImplicitEuler | Integrator::ImplicitMidpoint | Integrator::Bdf2 => {
-            let (report, found, scale) = match settings.minimizer {
-                Minimizer::VertexBlockDescent { sweeps } => {
+            let (report, found, scale) = match (settings.minimizer, model.thick_surface()) {
+                (Minimizer::VertexBlockDescent { sweeps }, _) => {
                     vertex_block_descent::advance(&mut step, settings, sweeps, interrupt)?
+                }
+                (_, Some(surface)) if settings.solves_from_state() => {
+                    with_contact::advance(&mut step, settings, surface, (around, end))?
                 }
                 _ if settings.solves_from_state() => one_step::advance(&mut step, settings, interrupt)?,
                 _ => newton::advance(&mut step, settings, interrupt)?,

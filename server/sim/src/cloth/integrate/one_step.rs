@@ -14,10 +14,11 @@ use crate::{
         evaluate::Workspace,
         judge::Found,
         settings::{ClothSettings, Purpose},
+        state::State,
     },
     interrupt::Interrupt,
     linalg::{Outcome, SolveReport},
-    math::{LANES, Real, Vec3},
+    math::{LANES, Padded, Real, Vec3},
     report::{Stage, StepFailure},
 };
 
@@ -48,7 +49,7 @@ pub(super) fn advance<R: Real>(
 }
 
 impl<R: Real> Step<'_, R> {
-    fn has_finite_forces(&self) -> bool {
+    pub(super) fn has_finite_forces(&self) -> bool {
         let share = &self.model.share;
         let rows = share.own().groups(&self.work.evaluation.rows);
         let is_finite = rows.iter().all(|row| row.0.iter().flatten().all(|c| c.to_f64().is_finite()));
@@ -57,8 +58,15 @@ impl<R: Real> Step<'_, R> {
         are_finite
     }
 
+    /// Whether positions and velocities at the end are numbers.
+    pub(super) fn has_finite_ends(&self) -> bool {
+        let is_finite = |row: &Padded<R>| row.vector().iter().all(|c| c.to_f64().is_finite());
+        let State { x, v, .. } = &self.work.next;
+        x.iter().all(is_finite) && v.iter().all(is_finite)
+    }
+
     /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
-    fn show_forces(&mut self) {
+    pub(super) fn show_forces(&mut self) {
         let Workspace { evaluation, next, .. } = &mut *self.work;
         let places = self.model.inv_m.iter().enumerate();
         for (i, inv_m) in places {
@@ -70,7 +78,7 @@ impl<R: Real> Step<'_, R> {
     }
 
     /// v' = v + dv, x' = x + h v'.
-    fn kick_by_dv_and_drift(&mut self) {
+    pub(super) fn kick_by_dv_and_drift(&mut self) {
         let dt = self.dt();
         let Workspace { next, moved, numbers, .. } = &mut *self.work;
         let dv = std::mem::take(&mut next.dv);

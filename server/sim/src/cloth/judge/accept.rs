@@ -13,6 +13,7 @@
 use super::{contact_gain::most_owed, energies::risen_most, rounding::rounding};
 use crate::{
     cloth::{
+        contact::PairEnergy,
         evaluate::{Evaluation, Motion, StepNumbers, Total},
         layout::Model,
         state::{Allowance, State},
@@ -80,6 +81,8 @@ pub(crate) struct After<'a, R: Real> {
     pub(crate) states: [&'a State<R>; 2],
     /// What was gained before and not lost again (J).
     pub(crate) owed: f64,
+    /// Of pairs that keep surfaces apart.
+    pub(crate) pairs: PairEnergy,
 }
 
 /// What energy a step may have that is accepted.
@@ -103,10 +106,13 @@ pub(crate) fn accept<R: Real>(
         Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pins(pin_work)),
     };
     let medium = numbers.scheme.h * (0.5 * own - along);
-    let fall = inertia - change + old.potential() - potential - medium + pins;
+    let PairEnergy { start, at_velocity, end, is_driven, has_any } = after.pairs;
+    let fall = inertia - change + old.potential() - potential - medium + pins + (start - end);
     let predicted = match after.found {
         Found::Iterate { .. } => fall.max(0.0),
-        Found::End | Found::Middle { .. } => old.kinetic_energy + old.slope() + after.descent + pins,
+        Found::End | Found::Middle { .. } => {
+            old.kinetic_energy + old.slope() + after.descent + pins + (start - at_velocity)
+        }
     };
     let rounding = rounding(model, numbers, old, before.largest_coordinate)
         + rounding(model, numbers, new, after.evaluation.largest_coordinate);
@@ -128,11 +134,13 @@ pub(crate) fn accept<R: Real>(
         Found::Middle { .. } => (MIDDLE_OWED * moved(old).max(moved(new)) - after.owed).max(0.0),
         Found::Iterate { .. } | Found::End => f64::INFINITY,
     };
+    // What pairs give back of the thickness is theirs.
+    let given = given + (start - end).max(0.0);
     let limit = given + (share * predicted.max(0.0)).min(room) + rounding;
-    if gain > limit {
+    if gain > limit && !is_driven {
         return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
     }
     let most = most_owed(moved(old).max(moved(new)));
-    let owes = matches!(after.found, Found::Middle { .. });
+    let owes = matches!(after.found, Found::Middle { .. }) || has_any && !is_driven;
     Ok(Allowance { given: given + rounding, limit: gain.max(given) + rounding, most, owes })
 }

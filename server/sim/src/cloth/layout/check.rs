@@ -4,7 +4,7 @@ use crate::{
     cloth::{
         laws::Air,
         network::{Network, SpringLaw},
-        settings::ClothSettings,
+        settings::{ClothSettings, SurfaceCheck},
     },
     time_step::TimeStep,
 };
@@ -42,6 +42,22 @@ fn check_air(network: &Network) -> Result<(), String> {
     }
     if network.triangles.is_empty() {
         return Err("it has no triangles for air to act on".into());
+    }
+    Ok(())
+}
+
+/// What the air acts on, and what keeps a thickness.
+fn check_triangles(network: &Network, settings: &ClothSettings) -> Result<(), String> {
+    check_air(network)?;
+    let friction = settings.contact.friction;
+    if !friction.is_finite() || friction < 0.0 {
+        return Err(format!("the friction of its surface is {friction}: a finite number from 0 is needed"));
+    }
+    if let Some(message) = network.invalid_thickness(settings) {
+        return Err(format!("its thickness {message}"));
+    }
+    if network.air.is_none() && network.thickness == 0.0 && settings.contact.surface == SurfaceCheck::Off {
+        return Ok(());
     }
     let corners = network.triangles.as_flattened();
     match corners.iter().find(|corner| **corner as usize >= network.x.len()) {
@@ -95,7 +111,7 @@ pub(super) fn check(network: &Network, settings: &ClothSettings) -> Result<(), S
         return Err(format!("the drag is {} N s/m: a finite number from 0 is needed", network.drag));
     }
 
-    check_air(network)?;
+    check_triangles(network, settings)?;
 
     for list in &network.elements {
         for (what, value) in [("stiffness", list.law.stiffness), ("damping", list.law.damping)] {

@@ -8,6 +8,7 @@ mod scratch;
 mod lists;
 mod elements;
 mod triangles;
+mod surface;
 mod check;
 mod model;
 
@@ -17,4 +18,5 @@ pub use model::{LawEntry, Model, Parameters};
 pub use rows::Springs;
 pub(super) use rows::{Fold, Visit};
 pub(super) use scratch::{BlockScratch, Scratches};
+pub(super) use surface::Surface;
 pub(super) use triangles::Triangles;

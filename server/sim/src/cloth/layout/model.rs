@@ -11,6 +11,7 @@ use super::{
     check::check,
     elements::Elements,
     rows::{Joint, Springs, sort_rows},
+    surface::Surface,
     triangles::Triangles,
 };
 use crate::{
@@ -64,6 +65,8 @@ pub struct Model<R: Real> {
     pub(crate) colours: Option<Colours>,
     /// What moves as a whole, likewise.
     pub(crate) components: Option<Components>,
+    /// Its surface, where parts of it keep a distance or crossings are counted.
+    pub(crate) surface: Option<Surface>,
     /// What no pin holds, where the settings have steps solve linear systems.
     pub(crate) loose: Option<Loose<R>>,
 }
@@ -158,6 +161,7 @@ impl<R: Real> Model<R> {
                 .map(|list| Elements::new(list, settings.block_size, &place))
                 .collect(),
             triangles: network.air.map(|_| Triangles::new(&network.triangles, settings.block_size, &place)),
+            surface: Surface::of(network, settings, &place, &user),
             m,
             inv_m,
             user,
@@ -194,6 +198,11 @@ impl<R: Real> Model<R> {
         let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
         let layout = CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place))?;
         Ok(layout.over(&self.share))
+    }
+
+    /// Its surface, where parts of it keep a distance.
+    pub(crate) fn thick_surface(&self) -> Option<&Surface> {
+        self.surface.as_ref().filter(|surface| surface.thickness > 0.0)
     }
 
     /// Records that a block copies for its springs or elements, at most.

@@ -122,7 +122,9 @@ pub struct Network {
     pub drag: f64,
     /// Air that acts on the triangles.
     pub air: Option<Air>,
-    /// Triangles, for drawing and for the air; empty for a chain.
+    /// Distance (m) that its surface keeps from itself; 0: it may cross itself.
+    pub thickness: f64,
+    /// Triangles, for drawing, for the air and for what keeps a thickness; empty for a chain.
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates, for drawing; empty or as many as positions.
     pub uv: Vec<[f64; 2]>,

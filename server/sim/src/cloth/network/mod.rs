@@ -1,10 +1,12 @@
 //! The particles of a cloth and what joins them, as its user numbers them.
 //!
 //! Enters: lists of a scene. Leaves: the same with what can be told of them before they are laid out: what hangs together, what may
-//! move at the same time, the solver that fits, what is odd. Modules in reading order:
+//! move at the same time, the solver that fits,
+//! where its surface crosses itself, what is odd. Modules in reading order:
 
 mod continuations;
 mod description;
+mod thickness;
 mod auto;
 mod colours;
 mod components;
@@ -14,4 +16,5 @@ pub(crate) use auto::resolve;
 pub(super) use colours::{Colours, Visit, spread};
 pub(super) use components::{Components, Loose};
 pub use description::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
+pub use thickness::Crossed;
 pub(super) use warnings::{spacing, warnings};

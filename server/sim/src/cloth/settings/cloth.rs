@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::integrator::Integrator;
+use super::{integrator::Integrator, surface::SurfaceSettings};
 use crate::{
     linalg::{PreconditionerKind, SolverSettings, Stop},
     time_step::TimeStep,
@@ -169,6 +169,8 @@ pub struct ClothSettings {
     pub tolerance: Option<f64>,
     /// What becomes of a sub-step in which particles go through a collider.
     pub on_pass: OnPass,
+    /// How its surface meets itself.
+    pub contact: SurfaceSettings,
     /// When the state counts as diverged; none by default.
     pub limits: StateLimits,
     /// Particles per block: the unit of parallel work and of sums. A power of two, 32 to 4096.
@@ -186,6 +188,7 @@ impl Default for ClothSettings {
             time_step: TimeStep::default(),
             tolerance: None,
             on_pass: OnPass::default(),
+            contact: SurfaceSettings::default(),
             limits: StateLimits::default(),
             block_size: Self::DEFAULT_BLOCK_SIZE,
         }

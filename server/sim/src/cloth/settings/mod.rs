@@ -3,6 +3,7 @@
 //! Enters: what a scene says. Leaves: choices that no step changes. Modules in reading order:
 
 mod integrator;
+mod surface;
 mod cloth;
 mod scheme;
 mod purpose;
@@ -11,3 +12,4 @@ pub use cloth::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings
 pub use integrator::Integrator;
 pub(super) use purpose::{Aim, Bounded, Descend, Explicit, Implicit, Purpose, RightHandSide};
 pub(super) use scheme::{Scheme, error_constant};
+pub use surface::{SurfaceCheck, SurfaceSettings};

@@ -2,7 +2,7 @@
 
 use crate::{
     linalg::SolveReport,
-    report::{Diagnostics, ErrorEstimate, Notices, Work},
+    report::{Diagnostics, ErrorEstimate, Notices, SurfaceReport, Work},
 };
 
 /// What the sub-steps of a cloth within one step of the world told.
@@ -20,6 +20,8 @@ pub(crate) struct ClothReport {
     pub(crate) error: ErrorEstimate,
     /// Sub-steps of integrators that go on from the one before, without one.
     pub(crate) without_history: u32,
+    /// What kept its surfaces apart; none where nothing has to, and nothing is counted.
+    pub(crate) surface: Option<SurfaceReport>,
     /// What the user should know; particles in the user's numbering of the body.
     pub(crate) notices: Notices,
     /// What the sub-steps cost, and what was rejected.

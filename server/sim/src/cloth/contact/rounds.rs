@@ -1,0 +1,325 @@
+//! The rounds of a sub-step with contact: a solve with the pairs that push, a look at where it leads, and another one until all is safe.
+
+use super::{
+    book::PairEnergy,
+    certificate::{is_safe, separation},
+    pair::{Change, Pair},
+    rows::PairRows,
+    search::Search,
+    wall::{Wall, When},
+    ways::{Start, wide},
+};
+use crate::{
+    cloth::{
+        layout::{Model, Surface},
+        state::State,
+    },
+    collide::{BlockLoads, Collider, Contacts, Felt, Kept, resolve},
+    linalg::Inverse3,
+    math::{Padded, Real, Sixteen, Vec3},
+    parallel::{Own, block_count, per_block, per_block_mut, per_row, per_row_mut, several_per_block_mut},
+    report::{StepFailure, SurfaceReport},
+    surface::{Crowded, closest},
+};
+
+/// Rounds of a sub-step, at most, and those after which certificates alone decide.
+pub(crate) const ROUNDS: u32 = 8;
+const SETTLING: u32 = 4;
+/// Rounds at the end in which pairs are not made harder.
+const LAST: u32 = 2;
+/// Roundings of a position below which no gap may fall.
+const FLOOR: f64 = 64.0;
+/// Pairs that a thread looks at in one go.
+const GO: usize = 64;
+
+/// What a look at a solve says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Review {
+    /// Nothing crosses on the way to where it leads.
+    Safe,
+    /// Pairs changed, or one is not safe.
+    Again,
+}
+
+/// What a look at one pair found.
+#[derive(Clone, Copy, Debug, Default)]
+struct Look {
+    is_changed: bool,
+    is_unsafe: bool,
+}
+
+/// Pairs of the sub-step that is tried, and memory of the search for them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Contact<R: Real> {
+    search: Search,
+    pairs: Vec<Pair>,
+    /// Of each block.
+    walls: Vec<Vec<Wall>>,
+    walls_before: Vec<Vec<Wall>>,
+    pub(crate) rows: PairRows<R>,
+    looks: Vec<Look>,
+    /// Positions (m) and velocities (m/s) after colliders were met.
+    ends: [Vec<Padded<R>>; 2],
+    kept: Kept,
+    /// What walls gave to colliders.
+    given: BlockLoads,
+    pub(crate) energy: PairEnergy,
+    pub(crate) report: SurfaceReport,
+    /// The particles of the first pair that was not safe at the last look, and how near it came (m); a particle alone, twice, that went where no
+    /// pairs were looked for.
+    pub(crate) first_unsafe: Option<([u32; 2], f64)>,
+}
+
+/// Where and when a sub-step with contact is taken.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a, R: Real> {
+    pub(crate) model: &'a Model<R>,
+    pub(crate) surface: &'a Surface,
+    pub(crate) colliders: &'a [Collider],
+    pub(crate) state: &'a State<R>,
+    pub(crate) when: When,
+    pub(crate) gravity: Vec3<f64>,
+    pub(crate) friction: f64,
+}
+
+impl<R: Real> Contact<R> {
+    /// Looks for pairs at the start of a sub-step; `rows` is the right-hand side without them.
+    ///
+    /// # Errors
+    /// Where so many parts could meet that their pairs do not fit into memory.
+    pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) -> Result<(), StepFailure> {
+        let Scene { model, surface, state, when: When { dt, .. }, gravity, .. } = scene;
+        let start = Start { x: &state.x, v: &state.v, dt, gravity };
+        let found = self.search.begin(model, surface, start, &mut self.pairs);
+        found.map_err(|crowded| failure_of(model, surface, crowded))?;
+        self.list_walls(scene);
+        self.rows.keep(model, rows);
+        self.report = SurfaceReport::default();
+        (self.first_unsafe, self.energy) = (None, PairEnergy::default());
+        Ok(())
+    }
+
+    fn list_walls(&mut self, scene: Scene<'_, R>) {
+        let Scene { model, surface, colliders, state, when, .. } = scene;
+        let Self { search, walls, .. } = self;
+        walls.resize(block_count(model.count, model.block_size), Vec::new());
+        model.share.own().each(per_block_mut(walls), |block, walls| {
+            walls.clear();
+            if !colliders.is_empty() {
+                Wall::list(model, block, colliders, (&state.x, &search.ways, surface.thickness), when, walls);
+            }
+        });
+    }
+
+    /// Takes the pairs that push over into the rows of the next solve, beside the inverse diagonal blocks without them.
+    pub(crate) fn set(&mut self, scene: Scene<'_, R>, inverse: &[Inverse3]) {
+        let Scene { model, state, when: When { dt, .. }, .. } = scene;
+        let walls = self.walls.iter().flatten();
+        self.rows.set((model, inverse), &self.pairs, walls, (&state.v, dt));
+    }
+
+    /// Looks at where a solve leads.
+    ///
+    /// # Errors
+    /// Where so many parts could meet that their pairs do not fit into memory.
+    pub(crate) fn review(
+        &mut self,
+        scene: Scene<'_, R>,
+        next: &State<R>,
+        round: u32,
+    ) -> Result<Review, StepFailure> {
+        let Scene { model, surface, state, when: When { dt, .. }, .. } = scene;
+        let walls = self.walls.iter().flatten();
+        self.energy = PairEnergy::of(model, &self.pairs, walls, [&state.v, &next.v], dt);
+        let active = self.pairs.iter().filter(|pair| pair.activity.pushes()).count();
+        self.meet(scene, next);
+
+        let mut is_changed = false;
+        for wall in self.walls.iter_mut().flatten() {
+            let velocity = wide(&next.v[wall.particle as usize]);
+            let friction = scene.colliders[wall.collider as usize].friction;
+            let inv_m = model.inv_m[wall.particle as usize].to_f64();
+            is_changed |=
+                wall.review((&velocity, dt), surface.thickness, (friction, inv_m), [round, ROUNDS - LAST]);
+        }
+        self.look(scene, next, round);
+        let mut is_unsafe = false;
+        self.first_unsafe = None;
+        for (look, pair) in self.looks.iter().zip(&mut self.pairs) {
+            is_changed |= look.is_changed;
+            if look.is_unsafe {
+                if !is_unsafe {
+                    let [first, .., last] = pair.candidate.corners;
+                    let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
+                    let apart = separation(pair, end);
+                    // What is not a number is no gap.
+                    let gap = if apart > 0.0 { apart.min(pair.gap) } else { 0.0 };
+                    self.first_unsafe = Some(([first, last], gap));
+                }
+                is_unsafe = true;
+                pair.insist();
+            }
+        }
+
+        self.report.rounds = round + 1;
+        (self.report.pairs, self.report.active) = (self.pairs.len() as u64, active as u64);
+        if let Some(particle) = self.search.ways.left(&self.ends[0][..model.count]) {
+            // Nothing is known of what it may meet.
+            self.first_unsafe = self.first_unsafe.or(Some(([particle; 2], 0.0)));
+            self.look_again(scene)?;
+            return Ok(Review::Again);
+        }
+        if is_unsafe || is_changed && round + 1 < SETTLING {
+            return Ok(Review::Again);
+        }
+        self.report.least_gap = self.least_gap();
+        Ok(Review::Safe)
+    }
+
+    /// Lets a copy of what a solve led to meet colliders, as the sub-step will.
+    fn meet(&mut self, scene: Scene<'_, R>, next: &State<R>) {
+        let Scene { model, colliders, state, when: When { dt, end }, .. } = scene;
+        let [x, v] = &mut self.ends;
+        x.clone_from(&next.x);
+        v.clone_from(&next.v);
+        if colliders.is_empty() {
+            return;
+        }
+        for wall in self.walls.iter_mut().flatten() {
+            wall.keep_push(
+                &wide(&next.v[wall.particle as usize]),
+                dt,
+                model.inv_m[wall.particle as usize].to_f64(),
+            );
+        }
+        let Self { walls, given, ends: [x, v], kept, .. } = self;
+        rub(model, colliders, walls, given, (&state.x, dt), [x, v]);
+        let contacts = Contacts { colliders, time: end, dt, share: &model.share, user: &model.user };
+        resolve(contacts, &model.inv_m, [&state.x, &state.v], [x, v], None, kept);
+    }
+
+    /// Rubs what the solve pushed against colliders; what that gives them is in [`Self::given`].
+    pub(crate) fn rub(
+        &mut self,
+        model: &Model<R>,
+        colliders: &[Collider],
+        (from, dt): (&[Padded<R>], f64),
+        [x, v]: [&mut [Padded<R>]; 2],
+    ) {
+        if !colliders.is_empty() {
+            rub(model, colliders, &self.walls, &mut self.given, (from, dt), [x, v]);
+        }
+    }
+
+    /// How many times a collider pushed a particle in the last solve.
+    pub(crate) fn pushed(&self) -> u64 {
+        self.walls.iter().flatten().filter(|wall| wall.pushed > 0.0).count() as u64
+    }
+
+    /// What walls gave to colliders in the sub-step.
+    pub(crate) fn given(&self) -> &BlockLoads {
+        &self.given
+    }
+
+    /// Reviews all pairs, and whether each is safe.
+    fn look(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) {
+        let Scene { state, when: When { dt, .. }, friction, .. } = scene;
+        let Self { pairs, looks, ends, .. } = self;
+        looks.resize(pairs.len(), Look::default());
+        let count = pairs.len();
+        let fields = (per_row_mut(pairs), per_row_mut(looks));
+        Own::whole(count, GO).each(fields, |_, (pairs, looks)| {
+            for (pair, look) in pairs.iter_mut().zip(looks) {
+                let corners = pair.candidate.corners;
+                let at = |field: &[Padded<R>]| corners.map(|corner| wide(&field[corner as usize]));
+                let end = at(&ends[0]);
+                let largest = end.iter().map(Vec3::amax).fold(0.0, f64::max);
+                let floor = FLOOR * R::ROUNDING * largest;
+                look.is_unsafe = !is_safe(pair, at(&state.x), end, floor);
+                let way = pair.relative(at(&next.v)) * dt;
+                look.is_changed =
+                    pair.review(&way, dt, friction, [round, ROUNDS - LAST]) == Change::Something;
+            }
+        });
+    }
+
+    /// Looks for pairs about the ways that the last solve led along.
+    fn look_again(&mut self, scene: Scene<'_, R>) -> Result<(), StepFailure> {
+        let Scene { model, surface, state, .. } = scene;
+        let found = self.search.again(model, surface, ([&state.x, &state.v], &self.ends[0]), &mut self.pairs);
+        found.map_err(|crowded| failure_of(model, surface, crowded))?;
+        std::mem::swap(&mut self.walls, &mut self.walls_before);
+        self.list_walls(scene);
+        for (walls, before) in self.walls.iter_mut().zip(&self.walls_before) {
+            for wall in walls {
+                let key = (wall.particle, wall.collider);
+                if let Ok(place) = before.binary_search_by_key(&key, |wall| (wall.particle, wall.collider)) {
+                    (wall.activity, wall.rub) = (before[place].activity, before[place].rub);
+                    wall.stiffness = before[place].stiffness;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Why the sub-step is not accepted that was reviewed last.
+    pub(crate) fn failure(&self, model: &Model<R>) -> StepFailure {
+        let ([one, other], gap) = self.first_unsafe.unwrap_or_default();
+        let particles = [one, other].map(|particle| u64::from(model.user[particle as usize]));
+        StepFailure::Contact { particles, gap }
+    }
+
+    /// The least distance (m) of a pair at the end; infinite without one.
+    fn least_gap(&self) -> f64 {
+        let mut least = f64::INFINITY;
+        for pair in &self.pairs {
+            let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
+            if separation(pair, end) < least {
+                least = least.min(closest(pair.candidate.kind, end).difference.norm());
+            }
+        }
+        least
+    }
+}
+
+/// That pairs are too many to be kept apart.
+fn failure_of<R: Real>(model: &Model<R>, surface: &Surface, Crowded { triangle }: Crowded) -> StepFailure {
+    let [first, .., last] = surface.faces.triangles()[triangle];
+    let particles = [first, last].map(|particle| u64::from(model.user[particle as usize]));
+    StepFailure::Contact { particles, gap: 0.0 }
+}
+
+/// Rubs what a solve pushed against colliders, of each block after what its walls kept.
+fn rub<R: Real>(
+    model: &Model<R>,
+    colliders: &[Collider],
+    walls: &[Vec<Wall>],
+    given: &mut BlockLoads,
+    (from, dt): (&[Padded<R>], f64),
+    [x, v]: [&mut [Padded<R>]; 2],
+) {
+    let blocks = block_count(model.count, model.block_size);
+    let felt = given.sized_for(blocks, colliders.len());
+    felt.fill(Felt::default());
+    let fields = (per_block(walls), [per_row_mut(x), per_row_mut(v)], per_row(from));
+    let felt = several_per_block_mut(felt, colliders.len());
+    model.share.own().each((fields, felt), |block, ((walls, [x, v], from), felt)| {
+        let first = block * model.block_size;
+        for wall in walls.iter().filter(|wall| wall.pushed != 0.0) {
+            let row = wall.particle as usize - first;
+            let inv_m = model.inv_m[wall.particle as usize].to_f64();
+            let [mut end, mut velocity] = [wide(&x[row]), wide(&v[row])];
+            let number = wall.collider as usize;
+            let moved = wall.rub(
+                &colliders[number],
+                (&wide(&from[row]), inv_m, dt),
+                [&mut end, &mut velocity],
+                &mut felt[number],
+            );
+            if moved {
+                x[row] = Padded::new(&end.map(R::of));
+                v[row] = Padded::new(&velocity.map(R::of));
+            }
+        }
+    });
+}

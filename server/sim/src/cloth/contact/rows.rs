@@ -1,0 +1,224 @@
+//! What active pairs add to a solve: to the matrix, block by block of rows, to its diagonal blocks and to the right-hand side.
+//!
+//! A block has the pairs that touch it, in their order, so that a row adds them in one order whatever the number of threads.
+
+use super::{pair::Pair, wall::Wall, ways::wide};
+use crate::{
+    cloth::layout::Model,
+    linalg::{Inverse3, Symmetric3},
+    math::{LANES, Padded, Real, Sixteen, Vec3},
+    parallel::{block_count, per_sixteen, per_sixteen_mut, size},
+};
+
+/// An active pair as the solve has it.
+#[derive(Clone, Copy, Debug)]
+struct Push<R: Real> {
+    corners: [u32; 4],
+    weights: [R; 4],
+    normal: Vec3<R>,
+    /// What it adds along the normal, beyond what it adds in all directions (kg).
+    along: R,
+    /// Friction (kg).
+    rub: R,
+    /// What it gives the right-hand side at a weight of 1 (N s).
+    given: Vec3<R>,
+}
+
+/// The pairs of a solve, by blocks, and the right-hand side and the inverse diagonal blocks with them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PairRows<R: Real> {
+    pushes: Vec<Push<R>>,
+    /// Where the pushes of each block start among `of_blocks`, and the end.
+    starts: Vec<u32>,
+    of_blocks: Vec<u32>,
+    /// Of the evaluation, as they were before the first solve of the sub-step.
+    rows: Vec<Sixteen<R>>,
+    pub(crate) b: Vec<Sixteen<R>>,
+    pub(crate) inverse: Vec<Inverse3>,
+    /// What pushes add to the diagonal blocks, of blocks that any touches.
+    added: Vec<[Symmetric3; LANES]>,
+}
+
+impl<R: Real> PairRows<R> {
+    /// Keeps the right-hand side that has no pairs.
+    pub(crate) fn keep(&mut self, model: &Model<R>, rows: &[Sixteen<R>]) {
+        size(&mut self.rows, rows.len());
+        let fields = (per_sixteen_mut(&mut self.rows), per_sixteen(rows));
+        model.share.own().each(fields, |_, (kept, rows)| kept.copy_from_slice(rows));
+    }
+
+    /// The right-hand side that has no pairs.
+    pub(crate) fn kept(&self) -> &[Sixteen<R>] {
+        &self.rows
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.pushes.is_empty()
+    }
+
+    /// Takes over the active ones of pairs and walls, at velocities (m/s) with which a sub-step of `dt` (s) starts; what they add to the diagonal
+    /// blocks goes beside the inverses of the evaluation.
+    pub(crate) fn set<'a>(
+        &mut self,
+        (model, inverse): (&Model<R>, &[Inverse3]),
+        pairs: &[Pair],
+        walls: impl Iterator<Item = &'a Wall>,
+        (v, dt): (&[Padded<R>], f64),
+    ) {
+        self.pushes.clear();
+        for pair in pairs.iter().filter(|pair| pair.activity.pushes()) {
+            let corners = pair.candidate.corners;
+            let velocity = pair.relative(corners.map(|corner| wide(&v[corner as usize])));
+            let along = velocity - pair.normal * velocity.dot(&pair.normal);
+            let given = pair.normal * pair.impulse(&(velocity * dt), dt) - along * pair.rub;
+            self.pushes.push(Push {
+                corners,
+                weights: pair.weights.map(R::of),
+                normal: pair.normal.map(R::of),
+                along: R::of(pair.stiffness - pair.rub),
+                rub: R::of(pair.rub),
+                given: given.map(R::of),
+            });
+        }
+        for wall in walls.filter(|wall| wall.activity.pushes()) {
+            let velocity = wide(&v[wall.particle as usize]);
+            let given = wall.normal * wall.impulse(&velocity, dt) - wall.along(&velocity) * wall.rub;
+            self.pushes.push(Push {
+                corners: [wall.particle; 4],
+                weights: [R::one(), R::zero(), R::zero(), R::zero()],
+                normal: wall.normal.map(R::of),
+                along: R::of(wall.stiffness - wall.rub),
+                rub: R::of(wall.rub),
+                given: given.map(R::of),
+            });
+        }
+        if !self.pushes.is_empty() {
+            self.divide(model);
+            self.add_up(model, inverse);
+        }
+    }
+
+    /// Lists the pushes of each block.
+    fn divide(&mut self, model: &Model<R>) {
+        let blocks = block_count(model.count, model.block_size);
+        let Self { pushes, starts, of_blocks, .. } = self;
+        starts.clear();
+        starts.resize(blocks + 1, 0);
+        for push in &*pushes {
+            push.blocks(model.block_size).for_each(|block| starts[block + 1] += 1);
+        }
+        for block in 0..blocks {
+            starts[block + 1] += starts[block];
+        }
+        of_blocks.clear();
+        of_blocks.resize(starts[blocks] as usize, 0);
+        for (number, push) in pushes.iter().enumerate() {
+            for block in push.blocks(model.block_size) {
+                of_blocks[starts[block] as usize] = number as u32;
+                starts[block] += 1;
+            }
+        }
+        // Each start went on to that of the next block.
+        starts.rotate_right(1);
+        starts[0] = 0;
+    }
+
+    /// The right-hand side and the inverses with the pushes.
+    fn add_up(&mut self, model: &Model<R>, of_evaluation: &[Inverse3]) {
+        let Self { pushes, starts, of_blocks, rows, b, inverse, added } = self;
+        size(b, rows.len());
+        size(inverse, of_evaluation.len());
+        added.resize(b.len(), Default::default());
+        let (pushes, starts, of_blocks) = (&*pushes, &*starts, &*of_blocks);
+        let sums = (per_sixteen_mut(b), per_sixteen_mut(inverse), per_sixteen_mut(added));
+        let fields = (sums, per_sixteen(rows), per_sixteen(of_evaluation));
+        model.share.own().each(fields, |block, ((b, inverse, added), rows, of_evaluation)| {
+            b.copy_from_slice(rows);
+            inverse.copy_from_slice(of_evaluation);
+            let of_block = &of_blocks[starts[block] as usize..starts[block + 1] as usize];
+            if of_block.is_empty() {
+                return;
+            }
+            added.fill(Default::default());
+            let first = block * model.block_size;
+            for push in of_block.iter().map(|number| &pushes[*number as usize]) {
+                for (row, weight) in push.rows(first..first + b.len() * LANES) {
+                    if model.inv_m[first + row] == R::zero() {
+                        continue;
+                    }
+                    add(&mut b[row / LANES], row % LANES, push.given * weight);
+                    push.add_to(&mut added[row / LANES][row % LANES], weight.to_f64());
+                }
+            }
+            let added = added.as_flattened().iter().enumerate();
+            for (row, added) in added.filter(|(_, added)| **added != Symmetric3::default()) {
+                inverse[row / LANES].add(row % LANES, added);
+            }
+        });
+    }
+
+    /// Adds the products of the pushes of a block of rows with a vector.
+    pub(crate) fn multiply(&self, block: usize, first_row: usize, p: &[Padded<R>], q: &mut [Sixteen<R>]) {
+        if self.pushes.is_empty() {
+            return;
+        }
+        let of_block = self.starts[block] as usize..self.starts[block + 1] as usize;
+        let own = first_row..first_row + q.len() * LANES;
+        for number in &self.of_blocks[of_block] {
+            let push = &self.pushes[*number as usize];
+            let force = push.times(p);
+            for (row, weight) in push.rows(own.clone()) {
+                add(&mut q[row / LANES], row % LANES, force * weight);
+            }
+        }
+    }
+}
+
+impl<R: Real> Push<R> {
+    /// The blocks that it touches, each once.
+    fn blocks(&self, block_size: usize) -> impl Iterator<Item = usize> {
+        let of = self.corners.map(|corner| corner as usize / block_size);
+        let weights = self.weights;
+        (0..4)
+            .filter(move |&k| {
+                weights[k] != R::zero() && !(0..k).any(|j| weights[j] != R::zero() && of[j] == of[k])
+            })
+            .map(move |k| of[k])
+    }
+
+    /// Its corners among rows, from the first of these on, with their weights.
+    fn rows(&self, own: std::ops::Range<usize>) -> impl Iterator<Item = (usize, R)> {
+        let (corners, weights, start) = (self.corners, self.weights, own.start);
+        (0..4)
+            .filter(move |&k| weights[k] != R::zero() && own.contains(&(corners[k] as usize)))
+            .map(move |k| (corners[k] as usize - start, weights[k]))
+    }
+
+    /// What it makes of a vector at a weight of 1.
+    fn times(&self, p: &[Padded<R>]) -> Vec3<R> {
+        let mut u = Vec3::zeros();
+        for (corner, weight) in self.corners.iter().zip(self.weights) {
+            if weight != R::zero() {
+                u += p[*corner as usize].vector() * weight;
+            }
+        }
+        self.normal * (self.along * u.dot(&self.normal)) + u * self.rub
+    }
+
+    /// Adds its block of the diagonal at a weight.
+    fn add_to(&self, block: &mut Symmetric3, weight: f64) {
+        let n = self.normal.map(R::to_f64);
+        let [along, rub] = [self.along, self.rub].map(|number| number.to_f64() * weight * weight);
+        block.xx += along * n.x * n.x + rub;
+        block.yy += along * n.y * n.y + rub;
+        block.zz += along * n.z * n.z + rub;
+        block.xy += along * n.x * n.y;
+        block.xz += along * n.x * n.z;
+        block.yz += along * n.y * n.z;
+    }
+}
+
+/// Adds a vector to a lane.
+fn add<R: Real>(group: &mut Sixteen<R>, lane: usize, vector: Vec3<R>) {
+    group.set(lane, group.get(lane) + vector);
+}

@@ -1,0 +1,69 @@
+//! An implicit Euler step that keeps surfaces apart: solves with the pairs that push, until a certificate holds for each pair.
+//!
+//! What it starts from and what it minimises are those of [`super::one_step`], with the energy of the pairs (docs/laws/surfaces.md).
+
+use super::{
+    solve::{At, check},
+    update::Step,
+};
+use crate::{
+    cloth::{
+        contact::{ROUNDS, Review, Scene, When},
+        judge::Found,
+        layout::Surface,
+        settings::ClothSettings,
+    },
+    linalg::{Outcome, SolveReport},
+    math::Real,
+    report::{Stage, StepFailure},
+    surroundings::Surroundings,
+};
+
+/// Writes where the step leads that ends at a time (s); returns its solves, what they found, and what the error of a particle is of the vector that its
+/// block added up.
+pub(super) fn advance<R: Real>(
+    step: &mut Step<'_, R>,
+    settings: &ClothSettings,
+    surface: &Surface,
+    (around, end): (&Surroundings<'_>, f64),
+) -> Result<(SolveReport, Found, f64), StepFailure> {
+    let scene = Scene {
+        model: step.model,
+        surface,
+        colliders: around.colliders,
+        state: step.state,
+        when: When { dt: step.work.numbers.dt, end },
+        gravity: step.work.numbers.gravity.map(R::to_f64),
+        friction: settings.contact.friction,
+    };
+    step.work.contact.begin(scene, &step.work.evaluation.rows)?;
+    step.watch.lap(Stage::Collide);
+
+    let mut told: Option<SolveReport> = None;
+    for round in 0..ROUNDS {
+        step.work.contact.set(scene, &step.work.evaluation.inverse);
+        step.watch.lap(Stage::Collide);
+        let report = step.solve(At::Round(round), settings, around.interrupt);
+        if around.interrupt.is_requested() {
+            return Err(StepFailure::Interrupted);
+        }
+        let report = told.map_or(report, |before| before.and(report));
+        if matches!(report.outcome, Outcome::NotFinite { iteration: 0 }) && !step.has_finite_forces() {
+            step.show_forces();
+            step.kick_by_dv_and_drift();
+            return Ok((report, Found::End, step.error_of_change()));
+        }
+        check(&report)?;
+        told = Some(report);
+        step.kick_by_dv_and_drift();
+        if !step.has_finite_ends() {
+            return Ok((report, Found::End, step.error_of_change()));
+        }
+        let review = step.work.contact.review(scene, &step.work.next, round)?;
+        step.watch.lap(Stage::Collide);
+        if review == Review::Safe {
+            return Ok((report, Found::End, step.error_of_change()));
+        }
+    }
+    Err(step.work.contact.failure(step.model))
+}

@@ -1,0 +1,123 @@
+//! What a thickness asks of a network, and where a surface crosses itself.
+
+use std::fmt;
+
+use super::description::Network;
+use crate::{
+    cloth::settings::{ClothSettings, Integrator, MinimizerKind},
+    interrupt,
+    linalg::OperatorKind,
+    math::{
+        Vec3,
+        array::{length, minus},
+        array3, number,
+    },
+    parallel::hilbert_order,
+    surface::{self, Crossing, Faces, Tree},
+};
+
+/// Edges of a surface that cross triangles of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossed {
+    /// Pairs of an edge and a triangle, none of which has a particle in common; at least 1.
+    pub count: u64,
+    /// The ends of the first edge, in the user's numbering of the body.
+    pub edge: [u32; 2],
+    /// The corners of the triangle that it crosses.
+    pub triangle: [u32; 3],
+}
+
+impl fmt::Display for Crossed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { count, edge: [p, q], triangle: [a, b, c] } = self;
+        match count {
+            1 => f.write_str("an edge crosses a triangle: ")?,
+            _ => write!(f, "{count} times an edge crosses a triangle, first ")?,
+        }
+        write!(f, "that of particles {p} and {q} crosses that of {a}, {b} and {c}")
+    }
+}
+
+impl Network {
+    /// Why its surface cannot keep its thickness where it is stepped so, as what a sentence says of the thickness; none
+    /// where it can, and where it has none.
+    pub fn invalid_thickness(&self, settings: &ClothSettings) -> Option<String> {
+        let thickness = self.thickness;
+        if !thickness.is_finite() || thickness < 0.0 {
+            return Some(format!("is {thickness} m: a finite number from 0 is needed"));
+        }
+        if thickness == 0.0 {
+            return None;
+        }
+        let told = number(thickness);
+        let only = |what: &str, name: &str, by: &str| {
+            format!("is {told} m, and {what} {name}: surfaces are kept apart by {by} alone")
+        };
+        let ClothSettings { integrator, minimizer, time_step, solver, .. } = settings;
+        if *integrator != Integrator::ImplicitEuler {
+            return Some(only("the integrator is", integrator.name(), Integrator::ImplicitEuler.name()));
+        }
+        if minimizer.kind() != MinimizerKind::OneStep {
+            return Some(only("the minimizer is", minimizer.kind().name(), MinimizerKind::OneStep.name()));
+        }
+        if time_step.is_unchecked() {
+            return Some(only("steps are", "unchecked", "steps that are checked"));
+        }
+        if solver.operator != OperatorKind::MatrixFree {
+            return Some(only("the operator is", solver.operator.name(), OperatorKind::MatrixFree.name()));
+        }
+        let Some((shortest, [a, b])) = self.shortest_edge() else {
+            return Some(format!("is {told} m, and there are no triangles: only triangles make a surface"));
+        };
+        // Closer ones could not be told from neighbours.
+        (thickness > 0.5 * shortest).then(|| {
+            let [length, allowed] = [shortest, 0.5 * shortest].map(number);
+            format!(
+                "is {told} m, above half of the shortest edge, which is {length} m long, from particle {a} to {b}: allowed \
+                 is at most {allowed}"
+            )
+        })
+    }
+
+    /// The length (m) of the shortest edge of its triangles, and its ends; none without triangles. Corners that are no
+    /// particles are left to the check that refuses them.
+    fn shortest_edge(&self) -> Option<(f64, [u32; 2])> {
+        let mut shortest: Option<(f64, [u32; 2])> = None;
+        for [a, b, c] in &self.triangles {
+            interrupt::point();
+            for [from, to] in [[*a, *b], [*b, *c], [*c, *a]] {
+                let ends = [from, to].map(|end| self.x.get(end as usize));
+                let [Some(p), Some(q)] = ends else { continue };
+                let length = length(minus(*q, *p));
+                if from != to && shortest.is_none_or(|(least, _)| length < least) {
+                    shortest = Some((length, [from, to]));
+                }
+            }
+        }
+        shortest
+    }
+
+    /// Which edges of its triangles cross which of them at the start, exactly; none where none does.
+    ///
+    /// # Panics
+    /// If a triangle names a particle that is not there.
+    pub fn crossed(&self) -> Option<Crossed> {
+        let is_degenerate = |[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+        if self.triangles.iter().all(is_degenerate) {
+            return None;
+        }
+        let place = |particle: u32| Vec3::from(self.x[particle as usize]);
+        // Triangles that are near each other stand near each other in the tree.
+        let middle = |[a, b, c]: &[u32; 3]| {
+            interrupt::point();
+            array3(&((place(*a) + place(*b) + place(*c)) / 3.0))
+        };
+        let middles: Vec<[f64; 3]> = self.triangles.iter().map(middle).collect();
+        let order = hilbert_order(&middles, 0.0);
+        let triangles: Vec<[u32; 3]> = order.iter().map(|i| self.triangles[*i as usize]).collect();
+        let faces = Faces::new(&triangles, self.x.len());
+        let mut tree = Tree::new(faces.triangles().len());
+        let (count, first) = surface::crossings(&faces, &mut tree, &place);
+        first.map(|Crossing { edge, triangle }| Crossed { count, edge, triangle })
+    }
+}

@@ -1,0 +1,46 @@
+//! Contact of cloth with cloth: how it rubs, and whether crossings are counted.
+
+use serde::{Deserialize, Serialize};
+
+/// Whether edges that cross triangles are counted at the end of each sub-step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum SurfaceCheck {
+    /// They are not.
+    #[default]
+    Off,
+    /// They are, exactly, and told; no step depends on it.
+    Count,
+}
+
+impl SurfaceCheck {
+    /// Both, the one that costs nothing first.
+    pub const ALL: [Self; 2] = [Self::Off, Self::Count];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Count => "count",
+        }
+    }
+}
+
+/// How surfaces of cloth meet each other; the distance that they keep is the body's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceSettings {
+    /// Coefficient of friction, 0 or more.
+    pub friction: f64,
+    /// Whether crossings are counted.
+    pub surface: SurfaceCheck,
+}
+
+impl Default for SurfaceSettings {
+    fn default() -> Self {
+        Self { friction: Self::DEFAULT_FRICTION, surface: SurfaceCheck::default() }
+    }
+}
+
+impl SurfaceSettings {
+    /// The coefficient of friction of a scene that names none.
+    pub const DEFAULT_FRICTION: f64 = 0.3;
+}

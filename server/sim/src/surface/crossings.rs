@@ -1,0 +1,67 @@
+//! How many edges of a surface cross its triangles, counted exactly, and the first that does.
+
+use super::{faces::Faces, predicates::crosses, tree::Tree};
+use crate::math::{Vec3, array3};
+
+/// An edge and a triangle that it crosses, by the numbers of their particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossing {
+    /// Both ends of the edge.
+    pub edge: [u32; 2],
+    /// The corners of the triangle.
+    pub triangle: [u32; 3],
+}
+
+/// What a block of triangles has found.
+#[derive(Default)]
+struct Found {
+    count: u64,
+    first: Option<Crossing>,
+}
+
+/// How many pairs there are of an edge and a triangle that it crosses, by the rule of [`crosses`], of those that share no
+/// particle; and the first of them: in the order of the lower of the two triangles that the pair belongs to, then of the
+/// other.
+///
+/// `x` gives the place (m, finite) of a particle. The boxes of the tree are made anew.
+///
+/// # Panics
+/// When the faces are not as many as the tree is over.
+pub fn crossings(
+    faces: &Faces,
+    tree: &mut Tree,
+    x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
+) -> (u64, Option<Crossing>) {
+    let triangles = faces.triangles();
+    tree.refit(&|face| {
+        let [a, b, c] = triangles[face].map(|corner| array3(&x(corner)));
+        let low = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]));
+        let high = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]));
+        [low, high]
+    });
+    let found = tree.by_block(|block, found: &mut Found| {
+        block.partners(|face, partners| {
+            for other in partners {
+                for (from, to) in [(face, *other), (*other, face)] {
+                    found.look(faces, x, from, to);
+                }
+            }
+        });
+    });
+    let count = found.iter().map(|found| found.count).sum();
+    (count, found.into_iter().find_map(|found| found.first))
+}
+
+impl Found {
+    /// Looks at the edges of one triangle and at another one.
+    fn look(&mut self, faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync), from: usize, to: usize) {
+        let triangle = faces.triangles()[to];
+        for edge in faces.edges(from) {
+            let shares = edge.iter().any(|end| triangle.contains(end));
+            if !shares && crosses(edge.map(x), triangle.map(x)) {
+                self.count += 1;
+                self.first.get_or_insert(Crossing { edge, triangle });
+            }
+        }
+    }
+}

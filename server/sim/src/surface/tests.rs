@@ -1,0 +1,244 @@
+//! The tree and the counts of crossings against all pairs, on sheets that are crumpled at random.
+
+use std::collections::BTreeSet;
+
+use super::{numbers::Numbers, *};
+use crate::{
+    math::{Vec3, array3},
+    parallel::on_threads,
+};
+
+/// A sheet of `side` by `side` particles, a metre wide.
+fn sheet(side: u32, first: u32) -> Vec<[u32; 3]> {
+    let quads = (0..(side - 1) * (side - 1)).map(|i| first + i / (side - 1) * side + i % (side - 1));
+    quads.flat_map(|a| [[a, a + 1, a + side], [a + side, a + 1, a + side + 1]]).collect()
+}
+
+/// Places of `sheets` such sheets one over another, each particle moved by up to `crumpled` (m).
+fn places(side: u32, sheets: u32, crumpled: f64) -> Vec<Vec3<f64>> {
+    let mut numbers = Numbers(11);
+    let step = 1.0 / f64::from(side);
+    let flat = |i: u32| {
+        let (sheet, i) = (i / (side * side), i % (side * side));
+        Vec3::new(f64::from(i % side) * step, 0.1 * f64::from(sheet), f64::from(i / side) * step)
+    };
+    (0..sheets * side * side).map(|i| flat(i) + numbers.place() * crumpled).collect()
+}
+
+fn faces(side: u32, sheets: u32) -> Faces {
+    let all: Vec<_> = (0..sheets).flat_map(|s| sheet(side, s * side * side)).collect();
+    Faces::new(&all, (sheets * side * side) as usize)
+}
+
+/// The box around the ways of some particles, wider by `by` (m).
+fn around(ways: &[[Vec3<f64>; 2]], points: &[u32], by: f64) -> [[f64; 3]; 2] {
+    let of = |start: f64, pick: fn(f64, f64) -> f64, by: f64| {
+        let places = points.iter().flat_map(|point| ways[*point as usize]);
+        let corner = places.fold(Vec3::repeat(start), |corner, place| corner.zip_map(&place, pick));
+        array3(&corner.add_scalar(by))
+    };
+    [of(f64::INFINITY, f64::min, -by), of(f64::NEG_INFINITY, f64::max, by)]
+}
+
+fn overlap([low, high]: [[f64; 3]; 2], [from, to]: [[f64; 3]; 2]) -> bool {
+    (0..3).all(|c| low[c] <= to[c] && from[c] <= high[c])
+}
+
+/// A pair as a set of two parts, whichever stands first.
+fn named(kind: PairKind, corners: [u32; 4]) -> [Vec<u32>; 2] {
+    let split = if kind == PairKind::Edges { 2 } else { 1 };
+    let mut parts = [corners[..split].to_vec(), corners[split..].to_vec()];
+    for part in &mut parts {
+        part.sort_unstable();
+    }
+    parts.sort();
+    parts
+}
+
+/// Particles, and the box about them.
+type Part = (Vec<u32>, [[f64; 3]; 2]);
+
+/// The pairs that all parts of a surface make whose boxes overlap.
+fn all_pairs(
+    faces: &Faces,
+    box_of: &dyn Fn(&[u32]) -> [[f64; 3]; 2],
+    skip: &dyn Fn(u32) -> bool,
+) -> BTreeSet<[Vec<u32>; 2]> {
+    let boxed = |part: &[u32]| (part.to_vec(), box_of(part));
+    let corners: BTreeSet<u32> = faces.triangles().as_flattened().iter().copied().collect();
+    let corners: Vec<_> = corners.iter().map(|corner| boxed(&[*corner])).collect();
+    let triangles: Vec<_> = faces.triangles().iter().map(|triangle| boxed(triangle)).collect();
+    let edges = faces.triangles().iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+    let edges: BTreeSet<[u32; 2]> = edges.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    let edges: Vec<_> = edges.iter().map(|edge| boxed(edge)).collect();
+
+    let mut found = BTreeSet::new();
+    let mut look = |kind, first: &Part, second: &Part| {
+        let (points, others) = (&first.0, &second.0);
+        let is_apart = points.iter().all(|point| !others.contains(point));
+        let is_skipped = points.iter().chain(others).all(|point| skip(*point));
+        if overlap(first.1, second.1) && is_apart && !is_skipped {
+            let corners: Vec<u32> = points.iter().chain(others).copied().collect();
+            found.insert(named(kind, corners.try_into().expect("four corners")));
+        }
+    };
+    for corner in &corners {
+        for triangle in &triangles {
+            look(PairKind::VertexTriangle, corner, triangle);
+        }
+    }
+    for (i, edge) in edges.iter().enumerate() {
+        for other in &edges[i + 1..] {
+            look(PairKind::Edges, edge, other);
+        }
+    }
+    found
+}
+
+/// Boxes made anew, and the candidates.
+fn candidates(
+    faces: &Faces,
+    tree: &mut Tree,
+    box_of: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
+    skip: &(dyn Fn(u32) -> bool + Sync),
+) -> Vec<Candidate> {
+    let mut out = Vec::new();
+    tree.refit(&|face| box_of(&faces.triangles()[face]));
+    tree.candidates(faces, skip, box_of, &mut out).expect("not too many");
+    out
+}
+
+#[test]
+fn candidates_are_the_pairs_of_all_parts_whose_boxes_meet() {
+    for (side, sheets, crumpled, moved) in
+        [(2, 1, 0.0, 0.1), (5, 1, 0.5, 0.0), (9, 2, 0.1, 0.05), (14, 1, 0.05, 0.01), (8, 3, 0.2, 0.02)]
+    {
+        let (faces, start) = (faces(side, sheets), places(side, sheets, crumpled));
+        let mut numbers = Numbers(23);
+        let ways: Vec<_> = start.iter().map(|x| [*x, x + numbers.place() * moved]).collect();
+        let by = 0.01;
+        let skip = |point: u32| point % side < 3;
+        let mut tree = Tree::new(faces.triangles().len());
+        let found = candidates(&faces, &mut tree, &|points| around(&ways, points, by), &skip);
+
+        let set: BTreeSet<_> = found.iter().map(|pair| named(pair.kind, pair.corners)).collect();
+        assert_eq!(set.len(), found.len(), "each once");
+        // Boxes of binary32 are a little wider.
+        let least = all_pairs(&faces, &|points| around(&ways, points, by), &skip);
+        let most = all_pairs(&faces, &|points| around(&ways, points, by + 1e-6), &skip);
+        assert!(set.is_superset(&least), "{:?}", least.difference(&set).next());
+        assert!(set.is_subset(&most), "{:?}", set.difference(&most).next());
+        assert!(side == 2 || least.len() > 30, "{}", least.len());
+        for pair in &found {
+            let [_, a, b, c] = pair.corners;
+            let triangle = faces.triangles().get(pair.triangle as usize).copied();
+            let expected = (pair.kind == PairKind::VertexTriangle).then_some([a, b, c]);
+            assert_eq!(triangle, expected, "{pair:?}");
+        }
+    }
+}
+
+#[test]
+fn candidates_are_the_same_for_any_number_of_threads_and_in_a_tree_that_was_used() {
+    let (side, sheets) = (30, 2);
+    let (faces, x) = (faces(side, sheets), places(side, sheets, 0.05));
+    let mut tree = Tree::new(faces.triangles().len());
+    let ways: Vec<_> = x.iter().map(|x| [*x, *x]).collect();
+    let box_of = |points: &[u32]| around(&ways, points, 0.01);
+    let none = |_: u32| false;
+    let mut lists = Vec::new();
+    for threads in 1..=4 {
+        on_threads(threads, || lists.push(candidates(&faces, &mut tree, &box_of, &none)));
+        // More, in between: what was there does not stay.
+        let wider = |points: &[u32]| around(&ways, points, 0.02);
+        assert!(candidates(&faces, &mut tree, &wider, &none).len() > lists[0].len());
+    }
+    assert!(lists[0].len() > 1000, "{}", lists[0].len());
+    assert!(lists.iter().all(|list| *list == lists[0]));
+}
+
+#[test]
+fn far_from_the_origin_as_many_pairs_are_found() {
+    let (side, sheets) = (12, 2);
+    let faces = faces(side, sheets);
+    // Places that are exact there too.
+    let exact = |x: Vec3<f64>| x.map(|c| (c * 4096.0).round() / 4096.0);
+    let near: Vec<_> = places(side, sheets, 0.1).into_iter().map(exact).collect();
+    let mut tree = Tree::new(faces.triangles().len());
+    let mut found = |far: Vec3<f64>| {
+        let ways: Vec<_> = near.iter().map(|x| [x + far, x + far]).collect();
+        candidates(&faces, &mut tree, &|points| around(&ways, points, 0.007_812_5), &|_| false)
+    };
+    let here = found(Vec3::zeros());
+    assert!(here.len() > 100);
+    assert_eq!(found(Vec3::new(1e6, -2e6, 3e6)), here);
+}
+
+#[test]
+fn a_surface_without_triangles_has_no_pairs() {
+    let faces = Faces::new(&[[0, 0, 1]], 3);
+    let mut tree = Tree::new(0);
+    let nowhere = |_: &[u32]| [[0.0; 3]; 2];
+    assert!(candidates(&faces, &mut tree, &nowhere, &|_| false).is_empty());
+    assert_eq!(crossings(&faces, &mut tree, &|_| Vec3::zeros()), (0, None));
+}
+
+#[test]
+fn crossings_are_those_of_all_edges_with_all_triangles() {
+    for (side, crumpled) in [(6, 0.0), (6, 0.01), (6, 0.2), (15, 0.1)] {
+        let (faces, x) = (faces(side, 2), places(side, 2, crumpled));
+        let at = |point: u32| x[point as usize];
+        let (mut pairs, all) = (Vec::new(), 0..faces.triangles().len());
+        for (from, to) in all.clone().flat_map(|from| all.clone().map(move |to| (from, to))) {
+            let triangle = faces.triangles()[to];
+            for edge in faces.edges(from).filter(|edge| edge.iter().all(|end| !triangle.contains(end))) {
+                if crosses(edge.map(at), triangle.map(at)) {
+                    pairs.push((from.min(to), from.max(to), Crossing { edge, triangle }));
+                }
+            }
+        }
+        let mut tree = Tree::new(faces.triangles().len());
+        for threads in [1, 3] {
+            on_threads(threads, || {
+                let (count, first) = crossings(&faces, &mut tree, &at);
+                assert_eq!(count, pairs.len() as u64, "{side} {crumpled}");
+                let lowest = pairs.iter().map(|(a, b, _)| (*a, *b)).min();
+                let is_first = |(a, b, crossing): &(usize, usize, Crossing)| {
+                    Some((*a, *b)) == lowest && Some(*crossing) == first
+                };
+                assert!(pairs.is_empty() && first.is_none() || pairs.iter().any(is_first), "{first:?}");
+            });
+        }
+        assert_eq!(pairs.is_empty(), crumpled < 0.05, "{side} {crumpled}");
+    }
+}
+
+#[test]
+fn a_corner_that_sticks_out_by_a_nanometre_is_counted() {
+    let (faces, mut x) = (faces(4, 2), places(4, 2, 0.0));
+    let mut tree = Tree::new(faces.triangles().len());
+    let mut count = |x: &[Vec3<f64>]| crossings(&faces, &mut tree, &|point| x[point as usize]);
+    for (depth, expected) in [(-1e-9, 0), (0.0, 0), (1e-9, 2)] {
+        // Above the inside of a triangle of the other sheet.
+        x[0] = Vec3::new(0.3, 0.1 + depth, 0.3);
+        let (crossings, first) = count(&x);
+        assert_eq!(crossings, expected, "{depth}");
+        assert_eq!(first.is_some_and(|first| first.edge.contains(&0)), expected > 0);
+    }
+}
+
+#[test]
+fn sheets_that_go_through_each_other_along_their_seams_are_counted() {
+    // The second sheet stands upright on a row of particles of the first, none of its own being in the plane of that one.
+    let side = 5;
+    let faces = faces(side, 2);
+    let at = |point: u32| {
+        let (sheet, i) = (point / (side * side), point % (side * side));
+        let [u, v] = [i % side, i / side].map(f64::from);
+        if sheet == 0 { Vec3::new(u, 0.0, v) } else { Vec3::new(u, v - 1.5, 2.0) }
+    };
+    let (count, first) = crossings(&faces, &mut Tree::new(faces.triangles().len()), &at);
+    // Five edges through particles, two of them at the border, and four through seams.
+    assert_eq!(count, 3 * 6 + 2 * 3 + 4 * 2);
+    assert!(first.is_some());
+}

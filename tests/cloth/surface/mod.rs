@@ -1,0 +1,11 @@
+//! Cloth that keeps its surfaces apart: no edge crosses a triangle after any step, whatever the cloth does.
+
+mod starts;
+mod folded;
+mod twisted;
+mod stacked;
+mod flung;
+mod linked;
+mod closing;
+mod meeting;
+mod friction;
