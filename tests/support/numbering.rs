@@ -9,12 +9,12 @@ pub enum Numbering {
     AsBuilt,
     /// The last one first.
     Reversed,
-    /// In leaps.
+    /// In leaps that visit each particle once.
     Shuffled,
 }
 
 impl Numbering {
-    /// Every numbering.
+    /// Every numbering, the one that meshes are built with first.
     pub const ALL: [Self; 3] = [Self::AsBuilt, Self::Reversed, Self::Shuffled];
 
     /// The new number of each of `count` particles.

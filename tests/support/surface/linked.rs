@@ -20,7 +20,7 @@ const SPACING: f64 = 0.012;
 /// Rings, and how they are watched.
 #[derive(Clone, Debug)]
 pub struct Rings {
-    /// Their simulation.
+    /// Both in one simulation, whose steps are counted.
     pub watched: Watched,
     /// Particles along the middle of each.
     middles: [Vec<usize>; 2],

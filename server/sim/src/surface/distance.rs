@@ -18,7 +18,7 @@ const TILT: f64 = 1.0 / 256.0;
 pub enum PairKind {
     /// A vertex and a triangle.
     VertexTriangle,
-    /// Two edges.
+    /// Two edges that have no particle in common.
     Edges,
 }
 
