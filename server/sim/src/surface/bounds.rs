@@ -106,8 +106,11 @@ impl Four {
                 gap[lane] = greatest(gap[lane], greatest(below, above));
             }
         }
-        let bit = |lane: usize| (gap[lane].to_bits() >> 31) << lane;
-        bit(0) | bit(1) | bit(2) | bit(3)
+        let mut bits = [1, 2, 4, 8];
+        for lane in 0..WIDTH {
+            bits[lane] &= (gap[lane].to_bits().cast_signed() >> 31).cast_unsigned();
+        }
+        (bits[0] | bits[2]) | (bits[1] | bits[3])
     }
 }
 

@@ -134,11 +134,14 @@ pub fn edge_edge(x: [Vec3<f64>; 4]) -> Closest {
         [share(&from, &first), 0.0],
         [share(&to, &first), 1.0],
     ];
-    let ends = ends.map(|[s, t]| Closest::of(&y, between(s, t), Inside::Border));
-    let square_of = |closest: &Closest| closest.difference.dot(&closest.difference);
-    let nearer = |a: Closest, b: Closest| if square_of(&b) < square_of(&a) { b } else { a };
-    let best = ends.into_iter().fold(across.unwrap_or(ends[0]), nearer);
-    let is_level = square < TILT * TILT * square_of(&best) * length2.min(other2);
+    let mut best = across.unwrap_or_else(|| Closest::of(&y, between(ends[0][0], ends[0][1]), Inside::Border));
+    for [s, t] in ends {
+        let end = Closest::of(&y, between(s, t), Inside::Border);
+        if end.difference.norm_squared() < best.difference.norm_squared() {
+            best = end;
+        }
+    }
+    let is_level = square < TILT * TILT * best.difference.norm_squared() * length2.min(other2);
     if is_slanted || !is_level {
         return best;
     }
@@ -171,8 +174,9 @@ fn share(point: &Vec3<f64>, edge: &Vec3<f64>) -> f64 {
 }
 
 /// Places (m) as the first one sees them.
-pub(super) fn about_first(x: &[Vec3<f64>; 4]) -> [Vec3<f64>; 4] {
-    x.map(|place| place - x[0])
+#[inline(always)]
+fn about_first([x, a, b, c]: &[Vec3<f64>; 4]) -> [Vec3<f64>; 4] {
+    [Vec3::zeros(), a - x, b - x, c - x]
 }
 
 /// The sum of weights times places, of which the first is the origin.

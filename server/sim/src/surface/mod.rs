@@ -8,17 +8,19 @@ mod numbers;
 mod faces;
 mod distance;
 mod separation;
+mod beside;
 mod bounds;
 mod tree;
 mod predicates;
 mod crossings;
 
+pub use beside::Beside;
 pub use crossings::{Crossing, crossings};
 pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangle};
 pub use faces::Faces;
 pub use predicates::crosses;
 pub use separation::{between_middles, gap_along};
-pub use tree::{Candidate, Crowded, Tree};
+pub use tree::{Candidate, Crowded, Tree, Wanted};
 
 #[cfg(test)]
 mod tests;

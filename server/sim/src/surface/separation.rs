@@ -4,24 +4,23 @@
 //! is no smaller than the lesser of theirs where particles go straight: along a direction the least height of one part is
 //! concave in time, the greatest of the other convex.
 
-use super::distance::{PairKind, about_first};
+use super::distance::PairKind;
 use crate::math::Vec3;
 
 /// The way (m) from the middle of the second part to that of the first: a direction that tells most pairs apart.
-#[inline]
-pub fn between_middles(kind: PairKind, x: [Vec3<f64>; 4]) -> Vec3<f64> {
-    let [_, a, b, c] = about_first(&x);
+#[inline(always)]
+pub fn between_middles(kind: PairKind, [x, a, b, c]: [Vec3<f64>; 4]) -> Vec3<f64> {
     match kind {
-        PairKind::VertexTriangle => (a + b + c) * (-1.0 / 3.0),
-        PairKind::Edges => (a - (b + c)) * 0.5,
+        PairKind::VertexTriangle => ((x - a) + (x - b) + (x - c)) * (1.0 / 3.0),
+        PairKind::Edges => ((x - b) + (a - c)) * 0.5,
     }
 }
 
 /// How far the first part lies beyond the second along a direction: the least of one less the greatest of the other, below 0
 /// where they overlap. No points of the two are nearer to each other than this over the length of the direction.
-#[inline]
-pub fn gap_along(kind: PairKind, x: [Vec3<f64>; 4], direction: &Vec3<f64>) -> f64 {
-    let [_, a, b, c] = about_first(&x).map(|place| direction.dot(&place));
+#[inline(always)]
+pub fn gap_along(kind: PairKind, [x, a, b, c]: [Vec3<f64>; 4], direction: &Vec3<f64>) -> f64 {
+    let [a, b, c] = [direction.dot(&(a - x)), direction.dot(&(b - x)), direction.dot(&(c - x))];
     match kind {
         PairKind::VertexTriangle => -(a.max(b).max(c)),
         PairKind::Edges => a.min(0.0) - b.max(c),

@@ -100,11 +100,11 @@ fn candidates(
     faces: &Faces,
     tree: &mut Tree,
     box_of: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
-    skip: &(dyn Fn(u32) -> bool + Sync),
+    is_wanted: &(dyn Fn(PairKind, [u32; 4]) -> bool + Sync),
 ) -> Vec<Candidate> {
     let mut out = Vec::new();
     tree.refit(&|face| box_of(&faces.triangles()[face]));
-    tree.candidates(faces, skip, box_of, &mut out).expect("not too many");
+    tree.candidates(faces, &Wanted { without: &|_| &[], is_wanted }, box_of, &mut out).expect("not too many");
     out
 }
 
@@ -118,8 +118,9 @@ fn candidates_are_the_pairs_of_all_parts_whose_boxes_meet() {
         let ways: Vec<_> = start.iter().map(|x| [*x, x + numbers.place() * moved]).collect();
         let by = 0.01;
         let skip = |point: u32| point % side < 3;
+        let is_wanted = |_: PairKind, corners: [u32; 4]| !corners.into_iter().all(skip);
         let mut tree = Tree::new(faces.triangles().len());
-        let found = candidates(&faces, &mut tree, &|points| around(&ways, points, by), &skip);
+        let found = candidates(&faces, &mut tree, &|points| around(&ways, points, by), &is_wanted);
 
         let set: BTreeSet<_> = found.iter().map(|pair| named(pair.kind, pair.corners)).collect();
         assert_eq!(set.len(), found.len(), "each once");
@@ -145,13 +146,13 @@ fn candidates_are_the_same_for_any_number_of_threads_and_in_a_tree_that_was_used
     let mut tree = Tree::new(faces.triangles().len());
     let ways: Vec<_> = x.iter().map(|x| [*x, *x]).collect();
     let box_of = |points: &[u32]| around(&ways, points, 0.01);
-    let none = |_: u32| false;
+    let all = |_: PairKind, _: [u32; 4]| true;
     let mut lists = Vec::new();
     for threads in 1..=4 {
-        on_threads(threads, || lists.push(candidates(&faces, &mut tree, &box_of, &none)));
+        on_threads(threads, || lists.push(candidates(&faces, &mut tree, &box_of, &all)));
         // More, in between: what was there does not stay.
         let wider = |points: &[u32]| around(&ways, points, 0.02);
-        assert!(candidates(&faces, &mut tree, &wider, &none).len() > lists[0].len());
+        assert!(candidates(&faces, &mut tree, &wider, &all).len() > lists[0].len());
     }
     assert!(lists[0].len() > 1000, "{}", lists[0].len());
     assert!(lists.iter().all(|list| *list == lists[0]));
@@ -167,7 +168,7 @@ fn far_from_the_origin_as_many_pairs_are_found() {
     let mut tree = Tree::new(faces.triangles().len());
     let mut found = |far: Vec3<f64>| {
         let ways: Vec<_> = near.iter().map(|x| [x + far, x + far]).collect();
-        candidates(&faces, &mut tree, &|points| around(&ways, points, 0.007_812_5), &|_| false)
+        candidates(&faces, &mut tree, &|points| around(&ways, points, 0.007_812_5), &|_, _| true)
     };
     let here = found(Vec3::zeros());
     assert!(here.len() > 100);
@@ -175,11 +176,38 @@ fn far_from_the_origin_as_many_pairs_are_found() {
 }
 
 #[test]
+fn pairs_with_triangles_that_are_left_out_are_not_found() {
+    let (side, sheets) = (9, 2);
+    let (faces, x) = (faces(side, sheets), places(side, sheets, 0.1));
+    let beside = Beside::new(&faces, &x);
+    let ways: Vec<_> = x.iter().map(|x| [*x, *x]).collect();
+    let box_of = |points: &[u32]| around(&ways, points, 0.02);
+    let mut tree = Tree::new(faces.triangles().len());
+    let every = candidates(&faces, &mut tree, &box_of, &|_, _| true);
+    let mut rest = Vec::new();
+    let wanted = Wanted { without: &|face| beside.triangles(face), is_wanted: &|_, _| true };
+    tree.candidates(&faces, &wanted, &box_of, &mut rest).expect("not too many");
+
+    let touch = |pair: &Candidate| {
+        let (first, second) = match pair.kind {
+            PairKind::VertexTriangle => pair.corners.split_at(1),
+            PairKind::Edges => pair.corners.split_at(2),
+        };
+        // The triangle that counts a part is the first that has it.
+        let of = |part: &[u32]| faces.triangles().iter().find(|t| part.iter().all(|p| t.contains(p))).unwrap();
+        of(first).iter().any(|corner| of(second).contains(corner))
+    };
+    let left: Vec<_> = every.iter().filter(|pair| !touch(pair)).copied().collect();
+    assert!(left.len() > 100 && left.len() + 100 < every.len(), "{} of {}", left.len(), every.len());
+    assert_eq!(rest, left);
+}
+
+#[test]
 fn a_surface_without_triangles_has_no_pairs() {
     let faces = Faces::new(&[[0, 0, 1]], 3);
     let mut tree = Tree::new(0);
     let nowhere = |_: &[u32]| [[0.0; 3]; 2];
-    assert!(candidates(&faces, &mut tree, &nowhere, &|_| false).is_empty());
+    assert!(candidates(&faces, &mut tree, &nowhere, &|_, _| true).is_empty());
     assert_eq!(crossings(&faces, &mut tree, &|_| Vec3::zeros()), (0, None));
 }
 

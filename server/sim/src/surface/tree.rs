@@ -29,6 +29,15 @@ pub struct Candidate {
     pub triangle: u32,
 }
 
+/// Which pairs are wanted of those whose boxes meet.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    /// The triangles, ascending, of which none has a part that makes a pair with one of a triangle.
+    pub without: &'a (dyn Fn(usize) -> &'a [u32] + Sync),
+    /// Whether a pair is wanted, by its corners as they stand in a [`Candidate`].
+    pub is_wanted: &'a (dyn Fn(PairKind, [u32; 4]) -> bool + Sync),
+}
+
 /// Candidates of a block of triangles, at most, but for those of one more triangle: 500 per triangle. Cloth in piles of twenty has some 100.
 const MOST: usize = 500 * BLOCK;
 
@@ -119,7 +128,7 @@ impl Tree {
     ///
     /// `part_box` gives the box (m, finite numbers) about the way of a particle, already widened; it is asked of one particle
     /// at a time, and the box of an edge or of a triangle is that around the boxes of its corners. [`Self::refit`] has had
-    /// the same boxes. Left out are pairs that share a particle, and those for which `skip` is true of all four particles.
+    /// the same boxes. Left out are pairs that share a particle, and those that are not wanted.
     ///
     /// # Errors
     /// Where parts crowd so much that they would not fit into memory: no list is written then.
@@ -129,7 +138,7 @@ impl Tree {
     pub fn candidates(
         &mut self,
         faces: &Faces,
-        skip: &(dyn Fn(u32) -> bool + Sync),
+        wanted: &Wanted<'_>,
         part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
         out: &mut Vec<Candidate>,
     ) -> Result<(), Crowded> {
@@ -142,7 +151,7 @@ impl Tree {
             }
         });
 
-        let pairs = Pairs { faces, corners: &self.corners, skip };
+        let pairs = Pairs { faces, corners: &self.corners, wanted };
         let levels = &self.levels;
         Own::whole(self.found.len(), 1).each(per_block_mut(&mut self.found), |block, found| {
             let Found { candidates, search } = found;
@@ -249,9 +258,10 @@ impl Search {
 fn meet(level: &[Four], nodes: &[usize], bounds: &Bounds, first: usize, children: &mut Vec<usize>) {
     children.clear();
     for node in nodes {
-        let met = level[*node].met_by(bounds);
-        for lane in (0..WIDTH).filter(|lane| (met >> lane) & 1 == 1) {
-            let child = WIDTH * node + lane;
+        let mut met = level[*node].met_by(bounds);
+        while met != 0 {
+            let child = WIDTH * node + met.trailing_zeros() as usize;
+            met &= met - 1;
             if child >= first {
                 children.push(child);
             }
@@ -260,13 +270,13 @@ fn meet(level: &[Four], nodes: &[usize], bounds: &Bounds, first: usize, children
 }
 
 /// The parts of triangles, with their boxes.
-struct Pairs<'a> {
+struct Pairs<'a, 'b> {
     faces: &'a Faces,
     corners: &'a [Bounds],
-    skip: &'a (dyn Fn(u32) -> bool + Sync),
+    wanted: &'a Wanted<'b>,
 }
 
-impl Pairs<'_> {
+impl Pairs<'_, '_> {
     /// Adds the pairs of parts that a triangle makes with others.
     fn add(&self, face: usize, partners: &[usize], candidates: &mut Vec<Candidate>) {
         let triangles = self.faces.triangles();
@@ -278,11 +288,18 @@ impl Pairs<'_> {
             count = place + 1;
         }
         let mut add = |kind, corners: [u32; 4], triangle| {
-            if !corners.iter().all(|corner| (self.skip)(*corner)) {
+            if (self.wanted.is_wanted)(kind, corners) {
                 candidates.push(Candidate { kind, corners, triangle });
             }
         };
+        let mut without = (self.wanted.without)(face);
         for other in partners {
+            while without.first().is_some_and(|first| (*first as usize) < *other) {
+                without = &without[1..];
+            }
+            if without.first().is_some_and(|first| *first as usize == *other) {
+                continue;
+            }
             let around = self.around(&triangles[*other]);
             for (from, to, bounds) in [(face, *other, &around), (*other, face, &own)] {
                 let [a, b, c] = triangles[to];

@@ -79,7 +79,7 @@ mod tests {
         let start = [Vec3::new(0.2, 0.2, 0.01), a, b, c];
         let still = [Vec3::zeros(); 4];
         let far = [Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), Vec3::zeros(), Vec3::zeros()];
-        let pair = Pair::near(&surface, candidate, start, [1.0; 4], (far, still)).expect("it is near");
+        let pair = Pair::near(&surface, candidate, start, [1.0; 4], (far, still), 1.0).expect("it is near");
         let mut end = start;
         end[0] += Vec3::from(way);
         end[3] += Vec3::new(0.0, 0.0, lift);

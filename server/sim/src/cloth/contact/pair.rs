@@ -7,7 +7,7 @@
 use crate::{
     cloth::layout::Surface,
     math::Vec3,
-    surface::{Candidate, Inside, PairKind, closest},
+    surface::{Candidate, Inside, PairKind, between_middles, closest, gap_along},
 };
 
 /// h² k over the reduced mass of a pair.
@@ -80,18 +80,19 @@ pub(crate) enum Change {
 
 impl Pair {
     /// A pair in a sub-step that begins with its corners at `x` (m), of inverse masses `inv_m` (1/kg), of velocities `v` (m/s), and
-    /// that would go by `ways` (m) without forces. None where it stays apart whatever happens as long as no corner ends farther than the thickness from there.
+    /// that would go by `ways` (m) without forces. None where it stays apart whatever happens, as long as no corner comes nearer to one of the other
+    /// part than by `room` (m).
     pub(crate) fn near(
         surface: &Surface,
         candidate: Candidate,
         x: [Vec3<f64>; 4],
         inv_m: [f64; 4],
         (ways, v): ([Vec3<f64>; 4], [Vec3<f64>; 4]),
+        room: f64,
     ) -> Option<Self> {
         let found = closest(candidate.kind, x);
         let gap = found.difference.norm();
-        let freely = furthest(candidate.kind, ways) + 2.0 * surface.thickness;
-        if (1.0 - KEPT) * gap > freely {
+        if !matters(gap, room) {
             return None;
         }
         let normal = if gap > 0.0 { found.difference / gap } else { Vec3::zeros() };
@@ -223,12 +224,31 @@ impl Pair {
     }
 }
 
+/// Whether parts at a distance (m) may come so near that it matters, if no corner comes nearer to one of the other part than by `room` (m).
+#[inline(always)]
+pub(crate) fn matters(gap: f64, room: f64) -> bool {
+    // What is not a number may.
+    !((1.0 - KEPT) * gap > room)
+}
+
+/// Whether parts at `x` (m) may be so near that `room` (m) matters: along the way between their middles they are not seen to be farther apart.
+#[inline(always)]
+pub(crate) fn is_near(kind: PairKind, x: [Vec3<f64>; 4], room: f64) -> bool {
+    let direction = between_middles(kind, x);
+    let gap = (1.0 - KEPT) * gap_along(kind, x, &direction);
+    // What is not a number is near.
+    !(gap > 0.0 && gap * gap > room * room * direction.norm_squared())
+}
+
 /// How far (m) a corner of one part goes at most beside one of the other.
-fn furthest(kind: PairKind, ways: [Vec3<f64>; 4]) -> f64 {
-    let first = if kind == PairKind::VertexTriangle { 1 } else { 2 };
-    let (one, other) = ways.split_at(first);
-    let squares = one.iter().flat_map(|a| other.iter().map(move |b| (a - b).norm_squared()));
-    squares.fold(0.0, f64::max).sqrt()
+#[inline(always)]
+pub(crate) fn furthest(kind: PairKind, [a, b, c, d]: &[Vec3<f64>; 4]) -> f64 {
+    let apart = |one: &Vec3<f64>, other: &Vec3<f64>| (one - other).norm_squared();
+    let squares = match kind {
+        PairKind::VertexTriangle => [apart(a, b), apart(a, c), apart(a, d), 0.0],
+        PairKind::Edges => [apart(a, c), apart(a, d), apart(b, c), apart(b, d)],
+    };
+    squares[0].max(squares[1]).max(squares[2].max(squares[3])).sqrt()
 }
 
 /// Whether the closest points let a pair push: inside of both parts, or where a triangle counts an edge or corner for all that have it, so that

@@ -77,6 +77,8 @@ pub(crate) struct Scene<'a, R: Real> {
     pub(crate) surface: &'a Surface,
     pub(crate) colliders: &'a [Collider],
     pub(crate) state: &'a State<R>,
+    /// Changes of velocity in the sub-step before (m/s), where solves start from them; else none.
+    pub(crate) before: &'a [Sixteen<R>],
     pub(crate) when: When,
     pub(crate) gravity: Vec3<f64>,
     pub(crate) friction: f64,
@@ -88,8 +90,8 @@ impl<R: Real> Contact<R> {
     /// # Errors
     /// Where so many parts could meet that their pairs do not fit into memory.
     pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) -> Result<(), StepFailure> {
-        let Scene { model, surface, state, when: When { dt, .. }, gravity, .. } = scene;
-        let start = Start { x: &state.x, v: &state.v, dt, gravity };
+        let Scene { model, surface, state, before, when: When { dt, .. }, gravity, .. } = scene;
+        let start = Start { x: &state.x, v: &state.v, dv: before, dt, gravity };
         let found = self.search.begin(model, surface, start, &mut self.pairs);
         found.map_err(|crowded| failure_of(model, surface, crowded))?;
         self.list_walls(scene);
@@ -100,13 +102,13 @@ impl<R: Real> Contact<R> {
     }
 
     fn list_walls(&mut self, scene: Scene<'_, R>) {
-        let Scene { model, surface, colliders, state, when, .. } = scene;
+        let Scene { model, colliders, state, when, .. } = scene;
         let Self { search, walls, .. } = self;
         walls.resize(block_count(model.count, model.block_size), Vec::new());
         model.share.own().each(per_block_mut(walls), |block, walls| {
             walls.clear();
             if !colliders.is_empty() {
-                Wall::list(model, block, colliders, (&state.x, &search.ways, surface.thickness), when, walls);
+                Wall::list(model, block, colliders, (&state.x, &search.ways), when, walls);
             }
         });
     }

@@ -1,18 +1,21 @@
 //! Looks for pairs of parts that could meet in a sub-step.
 
 use super::{
-    pair::{Activity, Pair},
+    pair::{Activity, Pair, furthest, is_near, matters},
     ways::{Start, Ways, wide},
 };
 use crate::{
     cloth::layout::{Model, Surface},
     math::{Padded, Real},
     parallel::{Own, per_row, per_row_mut},
-    surface::{Candidate, Crowded, Tree},
+    surface::{Candidate, Crowded, PairKind, Tree, Wanted},
 };
 
 /// Candidates that a thread looks at in one go.
 const GO: usize = 64;
+/// Share of the thickness by which a particle may end elsewhere than expected before pairs are looked for again. Half of it on both
+/// sides finds all that is nearer than the thickness at the start.
+const REACH: f64 = 0.5;
 
 /// Memory of the search, and the ways that it was made for.
 #[derive(Clone, Debug, Default)]
@@ -35,8 +38,8 @@ impl Search {
         start: Start<'_, R>,
         pairs: &mut Vec<Pair>,
     ) -> Result<(), Crowded> {
-        self.ways.predict(model, start, surface.thickness);
-        self.look(model, surface, [start.x, start.v], pairs)
+        self.ways.predict(model, start, REACH * surface.thickness);
+        self.look(model, surface, start.v, pairs)
     }
 
     /// Pairs for the ways to where a solve led; those that were known go on as they were.
@@ -51,7 +54,7 @@ impl Search {
         self.before.extend(pairs.iter().filter(|pair| pair.activity != Activity::Idle));
         self.before.sort_unstable_by_key(|pair| pair.candidate);
         self.ways.follow(model, from[0], to);
-        self.look(model, surface, from, pairs)?;
+        self.look(model, surface, from[1], pairs)?;
         for pair in pairs {
             if let Ok(place) = self.before.binary_search_by_key(&pair.candidate, |pair| pair.candidate) {
                 pair.go_on(&self.before[place]);
@@ -64,26 +67,36 @@ impl Search {
         &mut self,
         model: &Model<R>,
         surface: &Surface,
-        [x, v]: [&[Padded<R>]; 2],
+        v: &[Padded<R>],
         pairs: &mut Vec<Pair>,
     ) -> Result<(), Crowded> {
         let Self { tree, ways, candidates, looked, .. } = self;
         let (faces, ways) = (&surface.faces, &*ways);
         let tree = tree.get_or_insert_with(|| Tree::new(faces.triangles().len()));
         tree.refit(&|face| ways.around(&faces.triangles()[face]));
-        let is_pinned = |particle: u32| model.inv_m[particle as usize] == R::zero();
-        tree.candidates(faces, &is_pinned, &|part| ways.around(part), candidates)?;
+        let is_wanted = |kind: PairKind, corners: [u32; 4]| {
+            let [at, expected] = ways.starts_and_expected(&corners);
+            is_near(kind, at, furthest(kind, &expected) + 2.0 * ways.reach)
+                && corners.iter().any(|corner| model.inv_m[*corner as usize] > R::zero())
+        };
+        let without = |face: usize| {
+            let [gap, travel] = surface.beside.apart(face, &faces.triangles()[face], ways.fields());
+            if matters(gap, travel + 2.0 * ways.reach) { &[] } else { surface.beside.triangles(face) }
+        };
+        let wanted = Wanted { without: &without, is_wanted: &is_wanted };
+        tree.candidates(faces, &wanted, &|part| ways.around(part), candidates)?;
 
         looked.resize(candidates.len(), None);
         let fields = (per_row_mut(looked), per_row(candidates));
         Own::whole(candidates.len(), GO).each(fields, |_, (looked, candidates)| {
             for (looked, candidate) in looked.iter_mut().zip(candidates) {
                 let corners = candidate.corners;
-                let at = corners.map(|corner| wide(&x[corner as usize]));
                 let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
-                let ways = corners.map(|corner| ways.of(x, corner));
                 let v = corners.map(|corner| wide(&v[corner as usize]));
-                *looked = Pair::near(surface, *candidate, at, inv_m, (ways, v));
+                let free = corners.map(|corner| ways.free(corner));
+                let [at, expected] = ways.starts_and_expected(&corners);
+                let room = furthest(candidate.kind, &expected) + 2.0 * ways.reach;
+                *looked = Pair::near(surface, *candidate, at, inv_m, (free, v), room);
             }
         });
         pairs.clear();

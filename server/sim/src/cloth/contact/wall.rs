@@ -55,7 +55,7 @@ impl Wall {
         model: &Model<R>,
         block: usize,
         colliders: &[Collider],
-        (x, ways, reach): (&[Padded<R>], &Ways, f64),
+        (x, ways): (&[Padded<R>], &Ways),
         When { dt, end }: When,
         out: &mut Vec<Self>,
     ) {
@@ -65,15 +65,16 @@ impl Wall {
             if inv_m == 0.0 {
                 continue;
             }
-            let (at, way) = (wide(&x[row]), ways.of(x, row as u32));
+            let (at, way, expected) = (wide(&x[row]), ways.free(row as u32), ways.expected(row as u32));
             for (number, collider) in colliders.iter().enumerate() {
                 let (distance, normal) = collider.distance(array3(&at), end - dt);
                 let gap = distance - collider.margin;
                 let velocity = vec3(collider.velocity_at(array3(&at), end - dt));
-                let relative = way - velocity * dt;
-                if gap > relative.norm() + reach {
+                let room = (expected - velocity * dt).norm() + ways.reach;
+                if gap > room {
                     continue;
                 }
+                let relative = way - velocity * dt;
                 let normal = vec3(normal);
                 let target = if gap < 0.0 { gap - REGAINED * gap } else { 0.0 };
                 let approach = target - (gap + relative.dot(&normal));

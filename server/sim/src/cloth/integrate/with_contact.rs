@@ -32,6 +32,7 @@ pub(super) fn advance<R: Real>(
         surface,
         colliders: around.colliders,
         state: step.state,
+        before: if settings.solver.warm_start { &step.state.dv } else { &[] },
         when: When { dt: step.work.numbers.dt, end },
         gravity: step.work.numbers.gravity.map(R::to_f64),
         friction: settings.contact.friction,

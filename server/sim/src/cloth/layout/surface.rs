@@ -6,7 +6,7 @@ use crate::{
         settings::{ClothSettings, SurfaceCheck},
     },
     math::{Vec3, vec3},
-    surface::{Candidate, Faces, closest},
+    surface::{Beside, Candidate, Faces, closest},
 };
 
 /// Share of the distance at rest of two parts of one sheet beyond which they do not push each other.
@@ -18,6 +18,8 @@ pub(crate) struct Surface {
     /// Distance (m) that parts keep; 0 where crossings are counted alone.
     pub(crate) thickness: f64,
     pub(crate) faces: Faces,
+    /// What is known of triangles that share a particle.
+    pub(crate) beside: Beside,
     /// Positions at rest (m), and the sheet that each particle belongs to.
     rest: Vec<Vec3<f64>>,
     sheets: Vec<u32>,
@@ -47,9 +49,10 @@ impl Surface {
         let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c]]);
         let components = Components::new(count, &vec![1.0_f64; count], edges);
         let sheets = (0..count).map(|row| components.of_row(row) as u32).collect();
-        let rest = user.iter().map(|&old| vec3(network.x[old as usize])).collect();
+        let rest: Vec<_> = user.iter().map(|&old| vec3(network.x[old as usize])).collect();
         let faces = Faces::new(&triangles, count);
-        Some(Self { thickness: network.thickness, faces, rest, sheets })
+        let beside = Beside::new(&faces, &rest);
+        Some(Self { thickness: network.thickness, faces, beside, rest, sheets })
     }
 
     /// How far apart (m) a pair stays: of one sheet, no farther than it lies at rest.
@@ -69,6 +72,7 @@ impl Surface {
     /// Faces over so many particles, each of which is a sheet of its own.
     pub(crate) fn of_sheets(faces: Faces, thickness: f64, count: u32) -> Self {
         let rest = vec![Vec3::zeros(); count as usize];
-        Self { thickness, faces, rest, sheets: (0..count).collect() }
+        let beside = Beside::new(&faces, &rest);
+        Self { thickness, faces, beside, rest, sheets: (0..count).collect() }
     }
 }

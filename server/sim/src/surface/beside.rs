@@ -1,0 +1,258 @@
+//! How far apart the parts of a triangle are certainly from those of the triangles beside it, where a surface bends little.
+//!
+//! Reads places (m) and ways (m); gives a distance (m). Most pairs of parts that come into each other's boxes belong to triangles that share a
+//! particle. One look per triangle tells that none of its pairs with those beside it is near: seen from the triangle, the particles about
+//! it lie where an affine map of their places at rest has them, but for a deviation. So no pair is nearer than at rest,
+//! times the least stretch of the map, less the largest deviation.
+
+use super::{
+    distance::{PairKind, closest},
+    faces::Faces,
+};
+use crate::math::Vec3;
+
+/// What is known at rest of a surface about each triangle and those of greater number that share a particle with it.
+#[derive(Clone, Debug, Default)]
+pub struct Beside {
+    of_each: Vec<One>,
+    /// Triangles beside each, ascending, and particles of theirs that are not its own.
+    triangles: Vec<u32>,
+    particles: Vec<Around>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct One {
+    /// Where its triangles and its particles end: they begin where those of the one before end.
+    ends: [u32; 2],
+    /// The least distance (m) at rest, in its plane, of a pair of parts that share no particle; 0 where its plane is not known.
+    least: f64,
+    /// Inverse of the Cholesky factor of the products of its two edges at rest (1/m): by rows, 3 numbers.
+    inverse: [f64; 3],
+}
+
+/// A particle about a triangle: the shares of the triangle's two edges that lead to its place at rest, from the first corner.
+#[derive(Clone, Copy, Debug)]
+struct Around {
+    particle: u32,
+    shares: [f32; 2],
+}
+
+impl Beside {
+    /// About each of the faces, with places at rest (m).
+    pub fn new(faces: &Faces, rest: &[Vec3<f64>]) -> Self {
+        let triangles = faces.triangles();
+        let mut of_point = vec![Vec::new(); faces.points()];
+        for (number, corners) in triangles.iter().enumerate() {
+            corners.iter().for_each(|corner| of_point[*corner as usize].push(number as u32));
+        }
+        let mut beside = Self::default();
+        for (number, corners) in triangles.iter().enumerate() {
+            let first = beside.particles.len();
+            let meeting = corners.iter().flat_map(|corner| &of_point[*corner as usize]);
+            let mut others: Vec<u32> = meeting.copied().filter(|other| *other as usize > number).collect();
+            others.sort_unstable();
+            others.dedup();
+            let mut points: Vec<u32> = others.iter().flat_map(|other| triangles[*other as usize]).collect();
+            points.sort_unstable();
+            points.dedup();
+            points.retain(|point| !corners.contains(point));
+            let plane = Plane::of(corners.map(|corner| rest[corner as usize]));
+            beside.particles.extend(points.iter().map(|point| plane.around(*point, &rest[*point as usize])));
+            let around = &beside.particles[first..];
+            let least = others.iter().map(|other| plane.least(*corners, triangles[*other as usize], around));
+            let least = least.fold(f64::INFINITY, f64::min);
+            beside.triangles.extend(others);
+            let ends = [beside.triangles.len() as u32, beside.particles.len() as u32];
+            // What is not a number is not known.
+            let least = if least > 0.0 { least } else { 0.0 };
+            beside.of_each.push(One { ends, least, inverse: plane.inverse });
+        }
+        beside
+    }
+
+    /// The triangles of greater number that share a particle with one, ascending.
+    pub fn triangles(&self, face: usize) -> &[u32] {
+        let [from, to] = self.range(face, 0);
+        &self.triangles[from..to]
+    }
+
+    fn range(&self, face: usize, which: usize) -> [usize; 2] {
+        let from = if face == 0 { 0 } else { self.of_each[face - 1].ends[which] };
+        [from as usize, self.of_each[face].ends[which] as usize]
+    }
+
+    /// A distance (m) below which no parts of a triangle and of one of [`Self::triangles`] lie that share no particle, and another (m) that is
+    /// no less than what a corner of one goes beside one of the other: of places (m) and ways (m) of all particles.
+    #[inline]
+    pub fn apart(&self, face: usize, corners: &[u32; 3], [x, ways]: [&[Vec3<f64>]; 2]) -> [f64; 2] {
+        let One { least, inverse: [p, q, r], .. } = self.of_each[face];
+        let [a, b, c] = corners.map(|corner| corner as usize);
+        let (e, f) = (x[b] - x[a], x[c] - x[a]);
+        // The products of the edges, seen from those at rest: their least eigenvalue is the square of the least stretch.
+        let [ee, ef, ff] = [e.dot(&e), e.dot(&f), f.dot(&f)];
+        let (one, both) = (p * p * ee, p * (q * ee + r * ef));
+        let other = q * q * ee + 2.0 * q * r * ef + r * r * ff;
+        let spread = ((one - other) * (one - other) + 4.0 * both * both).sqrt();
+        let stretch = (0.5 * (one + other - spread)).max(0.0).sqrt();
+
+        let travel = |to: usize| (ways[to] - ways[a]).norm_squared();
+        let (mut farthest, mut deviation) = (travel(b).max(travel(c)), 0.0_f64);
+        let [from, to] = self.range(face, 1);
+        for Around { particle, shares: [s, t] } in &self.particles[from..to] {
+            let point = *particle as usize;
+            let off = x[point] - x[a] - e * f64::from(*s) - f * f64::from(*t);
+            deviation = deviation.max(off.norm_squared());
+            farthest = farthest.max(travel(point));
+        }
+        [stretch * least - deviation.sqrt(), 2.0 * farthest.sqrt()]
+    }
+}
+
+/// The plane of a triangle at rest.
+struct Plane {
+    origin: Vec3<f64>,
+    edges: [Vec3<f64>; 2],
+    inverse: [f64; 3],
+}
+
+impl Plane {
+    fn of([a, b, c]: [Vec3<f64>; 3]) -> Self {
+        let edges = [b - a, c - a];
+        let along = edges[0].norm();
+        let aside = edges[1].dot(&edges[0]) / along;
+        let across = (edges[1].norm_squared() - aside * aside).sqrt();
+        let inverse = [1.0 / along, -aside / (along * across), 1.0 / across];
+        Self { origin: a, edges, inverse }
+    }
+
+    /// Where a particle lies, seen along the normal.
+    fn around(&self, particle: u32, x: &Vec3<f64>) -> Around {
+        let [e, f] = self.edges;
+        let way = x - self.origin;
+        let [p, q, r] = self.inverse;
+        // (L Lᵀ)⁻¹ times the products with the edges.
+        let [first, second] = [p * way.dot(&e), q * way.dot(&e) + r * way.dot(&f)];
+        Around { particle, shares: [(p * first + q * second) as f32, (r * second) as f32] }
+    }
+
+    /// The least distance in the plane of parts of two triangles that share no particle.
+    fn least(&self, own: [u32; 3], other: [u32; 3], around: &[Around]) -> f64 {
+        let at = |point: u32| match own.iter().position(|corner| *corner == point) {
+            Some(0) => Vec3::zeros(),
+            Some(corner) => self.edges[corner - 1],
+            None => {
+                let place = around.binary_search_by_key(&point, |around| around.particle);
+                let [s, t] = around[place.expect("a particle about it")].shares.map(f64::from);
+                self.edges[0] * s + self.edges[1] * t
+            }
+        };
+        let mut least = f64::INFINITY;
+        let mut look = |kind, corners: [u32; 4]| {
+            least = least.min(closest(kind, corners.map(at)).difference.norm());
+        };
+        for (one, [a, b, c]) in [(own, other), (other, own)] {
+            for v in one.into_iter().filter(|v| ![a, b, c].contains(v)) {
+                look(PairKind::VertexTriangle, [v, a, b, c]);
+            }
+        }
+        let edges = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
+        for [a, b] in edges(own) {
+            for [c, d] in edges(other) {
+                if a != c && a != d && b != c && b != d {
+                    look(PairKind::Edges, [a, b, c, d]);
+                }
+            }
+        }
+        least
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::numbers::Numbers, *};
+
+    /// Faces of a grid of so many particles along each side, 1 m apart, and their places.
+    fn sheet(side: u32) -> (Faces, Vec<Vec3<f64>>) {
+        let place = |i: u32| Vec3::new(f64::from(i % side), f64::from(i / side), 0.0);
+        let cells = (0..side * (side - 1)).filter(|i| i % side + 1 < side);
+        let both = |i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]];
+        let triangles: Vec<[u32; 3]> = cells.flat_map(both).collect();
+        (Faces::new(&triangles, (side * side) as usize), (0..side * side).map(place).collect())
+    }
+
+    /// The least distance of parts of a triangle and of those beside it that share no particle, and the farthest that a corner goes beside another.
+    fn found(faces: &Faces, beside: &Beside, face: usize, [x, ways]: [&[Vec3<f64>]; 2]) -> [f64; 2] {
+        let own = faces.triangles()[face];
+        let (mut least, mut farthest) = (f64::INFINITY, 0.0_f64);
+        for other in beside.triangles(face) {
+            let other = faces.triangles()[*other as usize];
+            let mut look = |kind, corners: [u32; 4]| {
+                least = least.min(closest(kind, corners.map(|c| x[c as usize])).difference.norm());
+            };
+            for (one, [a, b, c]) in [(own, other), (other, own)] {
+                for v in one.into_iter().filter(|v| ![a, b, c].contains(v)) {
+                    look(PairKind::VertexTriangle, [v, a, b, c]);
+                }
+            }
+            for i in 0..3 {
+                for j in 0..3 {
+                    let [a, b, c, d] = [own[i], own[(i + 1) % 3], other[j], other[(j + 1) % 3]];
+                    if a != c && a != d && b != c && b != d {
+                        look(PairKind::Edges, [a, b, c, d]);
+                    }
+                }
+            }
+            for a in own {
+                farthest = other.iter().map(|b| (ways[a as usize] - ways[*b as usize]).norm()).fold(farthest, f64::max);
+            }
+        }
+        [least, farthest]
+    }
+
+    #[test]
+    fn no_pair_is_nearer_than_what_is_certain() {
+        let (faces, rest) = sheet(7);
+        let beside = Beside::new(&faces, &rest);
+        let mut numbers = Numbers(3);
+        for round in 0..200 {
+            let crumpled = [0.0, 0.01, 0.1, 0.5][round % 4];
+            let (along, across, turn) = (numbers.place(), numbers.place(), numbers.place());
+            let moved = |x: &Vec3<f64>| along * x.x + across * x.y + turn + numbers.place() * crumpled;
+            let x: Vec<Vec3<f64>> = rest.iter().map(moved).collect();
+            let ways: Vec<Vec3<f64>> = rest.iter().map(|_| numbers.place()).collect();
+            for (face, corners) in faces.triangles().iter().enumerate() {
+                let [certain, travel] = beside.apart(face, corners, [&x, &ways]);
+                let [least, farthest] = found(&faces, &beside, face, [&x, &ways]);
+                assert!(certain <= least + 1e-6 && travel >= farthest, "{certain} {least} {travel} {farthest}");
+            }
+        }
+    }
+
+    #[test]
+    fn on_a_flat_sheet_what_is_certain_is_the_distance_times_the_stretch() {
+        let (faces, rest) = sheet(7);
+        let beside = Beside::new(&faces, &rest);
+        let still = vec![Vec3::zeros(); rest.len()];
+        let turned: Vec<Vec3<f64>> = rest.iter().map(|x| Vec3::new(1.0, 2.0 * x.y, -2.0 * x.x)).collect();
+        let mut count = 0;
+        for (face, corners) in faces.triangles().iter().enumerate() {
+            let [least, _] = found(&faces, &beside, face, [&turned, &still]);
+            let [certain, travel] = beside.apart(face, corners, [&turned, &still]);
+            assert!(certain == least || (certain - least).abs() < 1e-6 && travel == 0.0, "{certain} {least}");
+            count += usize::from(least.is_finite());
+        }
+        assert!(count > 60, "{count}");
+    }
+
+    #[test]
+    fn of_a_needle_nothing_is_certain() {
+        let mut rest = vec![Vec3::zeros(), Vec3::x(), Vec3::x() * 2.0, Vec3::y(), Vec3::new(1.0, -1.0, 0.0)];
+        let faces = Faces::new(&[[0, 1, 2], [0, 3, 4], [1, 4, 2]], 5);
+        let still = vec![Vec3::zeros(); 5];
+        for _ in 0..2 {
+            let [certain, _] = Beside::new(&faces, &rest).apart(0, &[0, 1, 2], [&rest, &still]);
+            assert!(certain.is_nan() || certain <= 0.0, "{certain}");
+            rest[2] = rest[1];
+        }
+    }
+}
