@@ -127,6 +127,7 @@ fn scenes() -> Vec<(&'static str, String)> {
         )
     };
     let implicit = "integrator = \"implicit_euler\"";
+    let thick = format!("{implicit}\nthickness = 0.004");
     vec![
         (
             "cloth, lattice, explicit",
@@ -161,17 +162,10 @@ fn scenes() -> Vec<(&'static str, String)> {
             "cloth, vertex block descent",
             cloth("grid = [200, 200], spacing = 0.01", &all, "minimizer = \"vertex_block_descent\""),
         ),
-        (
-            "cloth, thickness",
-            cloth("grid = [200, 200], spacing = 0.01", &all, &format!("{implicit}\nthickness = 0.004")),
-        ),
+        ("cloth, thickness", cloth("grid = [200, 200], spacing = 0.01", &all, &thick)),
         (
             "cloth, two with a thickness",
-            with_one_above(&cloth(
-                "grid = [200, 100], spacing = 0.01",
-                &all,
-                &format!("{implicit}\nthickness = 0.004"),
-            )),
+            with_one_above(&cloth("grid = [200, 100], spacing = 0.01", &all, &thick)),
         ),
         ("cloth, edges of an upload", cloth("upload = \"SHEET\"", &all, implicit)),
         (
