@@ -1,4 +1,4 @@
-//! Several bodies with a thickness meet each other, as the sheets of one mesh do, and each keeps its numbers.
+//! Several bodies with a thickness meet each other, as sheets of one mesh do, and keep their numbers.
 
 use nappe_sim::{
     cloth::Network,

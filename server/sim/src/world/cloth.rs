@@ -1,4 +1,4 @@
-//! A cloth of a world, one body or all that have a thickness: built, stepped, undone, changed, looked at.
+//! A cloth of a world, one body or all with a thickness: built, stepped, undone, changed, looked at.
 
 use serde::{Deserialize, Serialize};
 
