@@ -1,5 +1,5 @@
-//! A body of a world: cloth, which may be several bodies of its setup, or snow. What the world asks of a body is written once, here, and
-//! answered by each kind in a file of its own.
+//! A body of a world: cloth, which may be several bodies of its setup, or snow. What the world asks
+//! of a body is written once, here, and answered by each kind in a file of its own.
 
 use super::{
     cloth::Cloth,

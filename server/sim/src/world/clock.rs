@@ -31,8 +31,8 @@ pub struct World<R: Real> {
     pub(super) gravity: [f64; 3],
     pub(super) wind: Wind,
     pub(super) colliders: Vec<Collider>,
-    /// Cloths in the order of the setup, those with a thickness as one where the first of them stands, then the snow, which goes last: a cloth that fails has then
-    /// not moved it.
+    /// Cloths in the order of the setup, all with a thickness as one where the first of them stands; then
+    /// the snow, which goes last: a cloth that fails has then not moved it.
     pub(super) bodies: Vec<Body<R>>,
     /// How long the sub-steps of the cloths are.
     pub(super) pace: Pace,
