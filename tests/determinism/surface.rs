@@ -2,35 +2,35 @@
 
 use nappe_sim::{
     math::{Precision, SimdLevel, force_simd_level, simd_level},
-    world::Simulation,
+    world::{Simulation, WorldSetup},
 };
 use nappe_tests::{
-    Scene,
     numbering::Numbering,
     scene::advance,
-    surface::{Case, on_a_ball, piled},
+    surface::{Case, bodies_on_a_ball, built, on_a_ball, piled},
     threads::with_threads,
 };
 
 /// Steps in which sheets fall on a ball and on each other, or lie in a pile.
 const STEPS: u64 = 60;
 
-/// Scenes of several blocks in which surfaces touch, by name.
-fn scenes(precision: Precision) -> [(&'static str, Scene); 2] {
+/// Worlds of several blocks in which surfaces touch, by name.
+fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 3] {
     let case = Case { precision, friction: 0.3, numbering: Numbering::AsBuilt };
-    let scenes = [
-        ("on a ball", on_a_ball([3, 13], [0.03, 0.1], 4e-3, &case)),
-        ("a pile", piled([3, 10], 2e-3, &case)),
+    let worlds = [
+        ("on a ball", on_a_ball([3, 13], [0.03, 0.1], 4e-3, &case).setup()),
+        ("a pile", piled([3, 10], 2e-3, &case).setup()),
+        ("bodies on a ball", bodies_on_a_ball(13, [0.03, 0.1], 4e-3, &case)),
     ];
-    scenes.map(|(name, mut scene)| {
-        scene.settings.block_size = 64;
-        (name, scene)
+    worlds.map(|(name, mut world)| {
+        world.bodies.iter_mut().for_each(|body| body.settings.block_size = 64);
+        (name, world)
     })
 }
 
 /// The simulation after all steps, of which pairs must have pushed in some.
-fn stepped(scene: &Scene, precision: Precision) -> Simulation {
-    let mut simulation = scene.simulate(precision);
+fn stepped(world: &WorldSetup, precision: Precision) -> Simulation {
+    let mut simulation = built(world, precision);
     let pushed = |simulation: &mut Simulation| advance(simulation, 1).surface.map_or(0, |told| told.active);
     let most = (0..STEPS).map(|_| pushed(&mut simulation)).max();
     assert!(most > Some(10), "{most:?} pairs pushed");
@@ -41,16 +41,16 @@ fn stepped(scene: &Scene, precision: Precision) -> Simulation {
 fn cloth_that_meets_itself_has_the_same_bits_for_1_to_4_threads_and_every_width_of_vectors() {
     let best = simd_level();
     for precision in Precision::ALL {
-        for (name, scene) in scenes(precision) {
-            let alone = with_threads(1, || stepped(&scene, precision).state_hash());
+        for (name, world) in worlds(precision) {
+            let alone = with_threads(1, || stepped(&world, precision).state_hash());
             for threads in 2..=4 {
-                let hash = with_threads(threads, || stepped(&scene, precision).state_hash());
+                let hash = with_threads(threads, || stepped(&world, precision).state_hash());
                 assert_eq!(hash, alone, "{name} in {precision} on {threads} threads");
             }
             for level in SimdLevel::ALL {
                 let used = force_simd_level(*level);
                 assert_eq!(
-                    stepped(&scene, precision).state_hash(),
+                    stepped(&world, precision).state_hash(),
                     alone,
                     "{name} in {precision} by {used:?}"
                 );
@@ -63,9 +63,9 @@ fn cloth_that_meets_itself_has_the_same_bits_for_1_to_4_threads_and_every_width_
 #[test]
 fn a_fork_of_cloth_that_meets_itself_goes_on_with_the_same_bits() {
     for precision in Precision::ALL {
-        for (name, scene) in scenes(precision) {
-            let whole = stepped(&scene, precision).state_hash();
-            let mut before = scene.simulate(precision);
+        for (name, world) in worlds(precision) {
+            let whole = stepped(&world, precision).state_hash();
+            let mut before = built(&world, precision);
             for at in 1..STEPS {
                 advance(&mut before, 1);
                 if at % 12 == 0 {
@@ -81,13 +81,13 @@ fn a_fork_of_cloth_that_meets_itself_goes_on_with_the_same_bits() {
 #[test]
 fn nothing_of_the_contact_of_cloth_with_itself_is_state() {
     for precision in Precision::ALL {
-        for (name, scene) in scenes(precision) {
-            let whole = stepped(&scene, precision).state_hash();
-            let start = scene.simulate(precision);
+        for (name, world) in worlds(precision) {
+            let whole = stepped(&world, precision).state_hash();
+            let start = built(&world, precision);
             let (mut state, mut hash) = (start.take(), start.state_hash());
             for _ in 0..STEPS {
                 // It was built for this step, and knows nothing but the state.
-                let mut fresh = scene.simulate(precision);
+                let mut fresh = built(&world, precision);
                 fresh.put(&state);
                 advance(&mut fresh, 1);
                 (state, hash) = (fresh.take(), fresh.state_hash());

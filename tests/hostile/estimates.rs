@@ -103,6 +103,13 @@ async fn compare(text: &str, precision: v1::Precision) -> [[u64; 2]; 2] {
     [[build, peak], [session, steady]]
 }
 
+/// A scene of one body with another one of the same kind a metre above.
+fn with_one_above(text: &str) -> String {
+    let (_, body) = text.split_once("[[body]]").expect("a scene of a body");
+    let above = body.replace("\"b\"", "\"above\"");
+    format!("{text}[[body]]{above}transform = {{ translate = [0, 1, 0] }}\n")
+}
+
 /// Scenes of some megabytes, in the ways that scenes are made.
 fn scenes() -> Vec<(&'static str, String)> {
     let cloth = |mesh: &str, springs: &str, how: &str| {
@@ -120,6 +127,7 @@ fn scenes() -> Vec<(&'static str, String)> {
         )
     };
     let implicit = "integrator = \"implicit_euler\"";
+    let thick = format!("{implicit}\nthickness = 0.004");
     vec![
         (
             "cloth, lattice, explicit",
@@ -154,9 +162,10 @@ fn scenes() -> Vec<(&'static str, String)> {
             "cloth, vertex block descent",
             cloth("grid = [200, 200], spacing = 0.01", &all, "minimizer = \"vertex_block_descent\""),
         ),
+        ("cloth, thickness", cloth("grid = [200, 200], spacing = 0.01", &all, &thick)),
         (
-            "cloth, thickness",
-            cloth("grid = [200, 200], spacing = 0.01", &all, &format!("{implicit}\nthickness = 0.004")),
+            "cloth, two with a thickness",
+            with_one_above(&cloth("grid = [200, 100], spacing = 0.01", &all, &thick)),
         ),
         ("cloth, edges of an upload", cloth("upload = \"SHEET\"", &all, implicit)),
         (

@@ -68,6 +68,9 @@ impl From<&ChangeError> for ServiceError {
                 refused.with("body", name).at_field("springs.body", message)
             }
             ChangeError::NoAir { body } => refused.with("body", body).at_field("air.body", message),
+            ChangeError::SharedAir { body, others } => {
+                refused.with("body", body).with("others", others).at_field("air.body", message)
+            }
             ChangeError::NoneFeelsAir => refused.at_field("air", message),
             ChangeError::NoCloth => refused.at_field("springs", message),
             ChangeError::WrongCount { body, what, found, needed } => refused

@@ -9,3 +9,5 @@ mod linked;
 mod closing;
 mod meeting;
 mod friction;
+mod bodies;
+mod calls;

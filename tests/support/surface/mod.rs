@@ -1,6 +1,7 @@
 //! Cloth whose surfaces keep apart: its scenes, and what their runs come to.
 
 mod scenes;
+mod bodies;
 mod tally;
 mod folded;
 mod twisted;
@@ -8,10 +9,11 @@ mod stacked;
 mod flung;
 mod linked;
 
+pub use bodies::{built, of_bodies};
 pub use flung::flung;
 pub use folded::{Folds, folded_twice};
 pub use linked::{Rings, linked_rings};
 pub use scenes::{Case, DT, GRAVITY, LOOSE, ball, floor, scene, wall};
-pub use stacked::{on_a_ball, piled};
+pub use stacked::{bodies_on_a_ball, on_a_ball, piled};
 pub use tally::{Tally, Watched, speeds};
 pub use twisted::twisted;

@@ -3,9 +3,10 @@
 use nappe_sim::{
     math::Precision,
     report::{StepError, StepReport},
-    world::{Change, Simulation},
+    world::{BodySetup, Change, Simulation, WorldSetup},
 };
 
+use super::bodies::built;
 use crate::{
     Scene,
     crossings::crossings,
@@ -115,6 +116,19 @@ impl Watched {
     pub fn new(scene: &Scene, precision: Precision) -> Self {
         let simulation = scene.simulate(precision);
         Self { simulation, tally: Tally::default(), triangles: scene.network.triangles.clone() }
+    }
+
+    /// The simulation of a world, in which crossings of bodies with a thickness are counted.
+    pub fn of_world(setup: &WorldSetup, precision: Precision) -> Self {
+        let (mut triangles, mut first) = (Vec::new(), 0);
+        for BodySetup { network, .. } in &setup.bodies {
+            if network.thickness > 0.0 {
+                triangles
+                    .extend(network.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+            }
+            first += network.x.len() as u32;
+        }
+        Self { simulation: built(setup, precision), tally: Tally::default(), triangles }
     }
 
     /// The same state in another scene of the same cloth, which has other pins.

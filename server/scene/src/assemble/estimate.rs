@@ -142,7 +142,7 @@ impl SceneSize {
         }
         let is_coarse = match preconditioner {
             PreconditionerKind::TwoLevel => true,
-            PreconditionerKind::Auto => is_stiff(body, points, kinds, scene.dt),
+            PreconditionerKind::Auto => is_stiff(body, points, kinds, scene),
             _ => false,
         };
         if integrator.is_implicit() && is_coarse {
@@ -228,7 +228,7 @@ fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
 }
 
 /// Whether the preconditioner `auto` is `two_level`: where the mass is not known before the mesh is, it may be.
-fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> bool {
+fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], scene: &Scene) -> bool {
     let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, .. } = body;
     let minimizer = match minimizer {
         MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
@@ -237,7 +237,7 @@ fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> bool {
     let mut settings = ClothSettings {
         integrator: *integrator,
         minimizer,
-        time_step: TimeStep::Fixed(substep.unwrap_or(dt / f64::from(substeps.unwrap_or(1)))),
+        time_step: TimeStep::Fixed(substep.unwrap_or(scene.dt / f64::from(substeps.unwrap_or(1)))),
         block_size: *block_size,
         ..ClothSettings::default()
     };
@@ -258,7 +258,10 @@ fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> bool {
         let count = count as f64;
         law.map_or([k, nu], |law| [k + count * law.stiffness, nu + count * law.damping])
     });
-    settings.is_stiff(points, mass, sums, dt)
+    // Bodies with a thickness are one cloth, which may have more particles than a block where none of them has.
+    let is_thick = |body: &&Body| body.thickness > 0.0;
+    let is_joined = is_thick(&body) && scene.bodies.iter().filter(is_thick).nth(1).is_some();
+    settings.is_stiff(if is_joined { u64::MAX } else { points }, mass, sums, scene.dt)
 }
 
 /// Points, triangles and springs of each kind of a grid.

@@ -42,7 +42,7 @@ pub(super) static BODY: Section = Section {
         key("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
         key("force", Tables(&FORCE, 10_000), "", Default("[]"), "forces on particles: `[[body.force]]`"),
         key("drag", Number(Range::of(allowed::DRAG)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
-        key("thickness", Number(Range(0.0, 1e3)), "m", Default("0.0"), "distance that its surface keeps from itself, so that no edge crosses a triangle in any step; 0: it passes through itself. At most half of the shortest edge; with integrator implicit_euler, minimizer one_step and steps that are checked, and in one body of a scene"),
+        key("thickness", Number(Range(0.0, 1e3)), "m", Default("0.0"), "distance that its surface keeps from itself, so that no edge crosses a triangle in any step; 0: it passes through all cloth. At most half of the shortest edge; with integrator implicit_euler, minimizer one_step and steps that are checked. Bodies that have one keep apart from each other too"),
         key("air", Table(&AIR), "", Absent("no air"), "air that acts on the triangles: `[body.air]`; it moves with the wind"),
         key("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
         key("minimizer", Choice(|| MinimizerKind::ALL.map(MinimizerKind::name).to_vec()), "", Default("\"one_step\""), "how an implicit step solves its minimisation: one_step makes one linear solve, newton as many as newton_tolerance needs, vertex_block_descent moves particles one by one"),

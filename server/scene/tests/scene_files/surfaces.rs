@@ -98,16 +98,27 @@ fn snow_has_no_thickness() {
 }
 
 #[test]
-fn a_second_body_with_a_thickness_is_refused_and_so_are_ranks() {
+fn bodies_with_a_thickness_must_be_stepped_alike_and_ranks_do_not_step_them() {
     let one = text("", "thickness = 0.01");
     let (_, body) = one.split_once("[[body]]").expect("a body");
-    let second = body.replace("\"sheet\"", "\"other\"");
-    let built = build(&format!("{one}[[body]]{second}")).expect("it can be built");
-    let error = refused(&built);
-    assert!(
-        error.contains("'other'") && error.contains("'sheet'") && error.contains("contact between bodies"),
-        "{error}"
-    );
+    let both = |keys: &str| {
+        let above = body.replace("\"sheet\"", "\"other\"");
+        let text = format!("{one}[[body]]{above}transform = {{ translate = [0.01, 0.1, 0.02] }}\n{keys}\n");
+        build(&text).expect("it can be built")
+    };
+    Simulation::new(&both("").setup, Precision::F64).expect("bodies with a thickness meet each other");
+    for (keys, what, values) in [
+        ("drag = 0.5", "drag", ["0.5", "0.0"]),
+        ("air = {}", "air", ["Air", "none"]),
+        ("tolerance = 0.25", "tolerance", ["0.25", "None"]),
+        ("block_size = 64", "block_size", ["64", "256"]),
+        ("substeps = 2", "time step", ["Fixed(0.005)", "Certified"]),
+        ("solver = { max_iterations = 77 }", "solver", ["77", "200"]),
+    ] {
+        let error = refused(&both(keys));
+        let told = ["'other'", "'sheet'", what, values[0], values[1]];
+        assert!(told.iter().all(|word| error.contains(word)), "{error}, not {told:?}");
+    }
 
     let built = build(&one).expect("it can be built");
     let error =
@@ -140,6 +151,19 @@ fn triangles_that_are_kept_apart_count_in_the_size_of_a_scene() {
     assert_eq!(apart("", ""), 0);
     assert_eq!(apart("", "thickness = 0.01"), 8);
     assert_eq!(apart("contact = { surface = \"count\" }", ""), 8);
+}
+
+#[test]
+fn bodies_that_are_stepped_together_may_have_a_coarse_space_where_each_is_small() {
+    let stiff = "springs = { stretch = { stiffness = 1e9 } }";
+    let blocks = |body: &str| {
+        let one = text("", &format!("{stiff}\n{body}"));
+        let (_, body) = one.split_once("[[body]]").expect("a body");
+        let second = body.replace("\"sheet\"", "\"other\"");
+        let scene = Scene::parse(&format!("{one}[[body]]{second}"), "scene.toml").expect("a scene");
+        scene.size(&NoMeshes).coarse_blocks
+    };
+    assert_eq!((blocks(""), blocks("thickness = 0.01")), (0, 2));
 }
 
 /// One mesh under every id.

@@ -13,9 +13,10 @@ mod step;
 
 pub use evaluate::Workspace;
 pub use laws::{Air, ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
+pub(crate) use layout::check_network;
 pub use layout::{LawEntry, Model, Parameters, Springs};
-pub(crate) use network::resolve;
 pub use network::{Crossed, ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
+pub(crate) use network::{Joined, resolve};
 pub use settings::{
     ClothSettings, Hessian, Integrator, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits,
     SurfaceCheck, SurfaceSettings,

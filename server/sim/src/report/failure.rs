@@ -104,16 +104,16 @@ pub enum StepFailure {
 }
 
 impl StepFailure {
-    /// The same with a body's particles numbered over all bodies, of which `first` is its first.
-    pub(crate) fn shifted(mut self, first: u64) -> Self {
+    /// The same with particles numbered over all bodies: `of_all` gives the number of one of the body's own.
+    pub(crate) fn renumbered(mut self, of_all: impl Fn(u64) -> u64) -> Self {
         if let Self::Stretch { other, .. } | Self::Collapsed { other, .. } = &mut self {
-            *other += first;
+            *other = of_all(*other);
         }
         if let Self::Contact { particles: [_, other], .. } = &mut self {
-            *other += first;
+            *other = of_all(*other);
         }
         if let Some(particle) = self.particle_mut() {
-            *particle += first;
+            *particle = of_all(*particle);
         }
         self
     }

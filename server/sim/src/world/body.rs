@@ -1,5 +1,5 @@
-//! A body of a world: cloth, or snow. What the world asks of a body is written once, here, and
-//! answered by each kind in a file of its own.
+//! A body of a world: cloth, which may be several bodies of its setup, or snow. What the world asks
+//! of a body is written once, here, and answered by each kind in a file of its own.
 
 use super::{
     cloth::Cloth,
@@ -17,7 +17,7 @@ use crate::{
 /// A body of a world.
 #[derive(Clone, Debug)]
 pub(super) enum Body<R: Real> {
-    /// Particles joined by springs.
+    /// Particles joined by springs: a cloth of the setup, or all that have a thickness.
     Cloth(Box<Cloth<R>>),
     /// Particles over a grid: all objects of snow together.
     Snow(Box<SnowBody<R>>),
@@ -34,9 +34,12 @@ macro_rules! on_body {
 }
 
 impl<R: Real> Body<R> {
-    /// Index of its first particle among all.
-    pub(super) fn first_particle(&self) -> u32 {
-        on_body!(self, body => body.first_particle)
+    /// Number among all particles of one of its own.
+    pub(super) fn of_all(&self, own: u64) -> u64 {
+        match self {
+            Self::Cloth(cloth) => cloth.of_all(own),
+            Self::Snow(snow) => u64::from(snow.first_particle) + own,
+        }
     }
 
     /// Number of particles.
@@ -74,8 +77,7 @@ impl<R: Real> Body<R> {
     /// Sets forces on particles of the cloth or the object of that name.
     pub(super) fn set_forces(&mut self, name: &str, particles: &[u32], forces: &Forces) {
         match self {
-            Self::Cloth(cloth) if cloth.name == name => cloth.set_forces(particles, forces),
-            Self::Cloth(_) => {}
+            Self::Cloth(cloth) => cloth.set_forces(name, particles, forces),
             Self::Snow(snow) => snow.set_forces(name, particles, forces),
         }
     }
@@ -83,8 +85,7 @@ impl<R: Real> Body<R> {
     /// Puts the particles of the cloth or the object of that name elsewhere (m), with these velocities (m/s).
     pub(super) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
         match self {
-            Self::Cloth(cloth) if cloth.name == name => cloth.place(positions, velocities),
-            Self::Cloth(_) => {}
+            Self::Cloth(cloth) => cloth.place(name, positions, velocities),
             Self::Snow(snow) => snow.place(name, positions, velocities),
         }
     }
@@ -94,15 +95,7 @@ impl<R: Real> Body<R> {
         on_body!(self, body => body.reset());
     }
 
-    /// Whether the particle of that number in the body is pinned; a number too large is not.
-    pub(super) fn is_pinned(&self, particle: u32) -> bool {
-        match self {
-            Self::Cloth(cloth) => cloth.is_pinned(particle),
-            Self::Snow(_) => false,
-        }
-    }
-
-    /// Writes a field over `out`, in the user's numbering of the body.
+    /// Writes its part of a field over `out`, which is that of all bodies, in the user's numbering.
     pub(super) fn read<T: Real>(&self, field: Field, out: &mut [T]) {
         on_body!(self, body => body.read(field, out));
     }

@@ -44,7 +44,9 @@ impl<R: Real> World<R> {
             Change::Wind(value) => self.wind.set(*value),
             Change::Drag(value) => self.cloths_mut().for_each(|cloth| cloth.set_drag(*value)),
             Change::Air { body: name, density, normal, lift, tangential } => {
-                let named = |cloth: &&mut Cloth<R>| name.as_ref().is_none_or(|name| cloth.name == *name);
+                let named = |cloth: &&mut Cloth<R>| {
+                    name.as_ref().is_none_or(|name| cloth.parts.named(name).is_some())
+                };
                 self.cloths_mut().filter(named).for_each(|cloth| {
                     cloth.change_air(|air| Air {
                         density: density.unwrap_or(air.density),
@@ -55,9 +57,8 @@ impl<R: Real> World<R> {
                 });
             }
             Change::Springs { body: name, kind, stiffness, damping } => {
-                let named = |cloth: &&mut Cloth<R>| name.as_ref().is_none_or(|name| cloth.name == *name);
-                let cloths = self.cloths_mut().filter(named);
-                cloths.for_each(|cloth| cloth.set_springs(*kind, *stiffness, *damping));
+                let name = name.as_deref();
+                self.cloths_mut().for_each(|cloth| cloth.set_springs(name, *kind, *stiffness, *damping));
             }
             Change::Pin { particle, target, duration } => {
                 self.send_pin(*particle, std::iter::once((*duration, *target)));
@@ -85,9 +86,10 @@ impl<R: Real> World<R> {
     }
 
     fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>) {
-        let (body, own) = self.find(particle);
-        if let Some(cloth) = self.bodies[body].as_cloth_mut() {
-            cloth.send_pin(own, points, self.dt);
+        let dt = self.dt;
+        let mut owners = self.cloths_mut().filter_map(|cloth| Some((cloth.parts.own(particle)?, cloth)));
+        if let Some((own, cloth)) = owners.next() {
+            cloth.send_pin(own, points, dt);
         }
     }
 
@@ -102,11 +104,5 @@ impl<R: Real> World<R> {
 
     fn cloths_mut(&mut self) -> impl Iterator<Item = &mut Cloth<R>> {
         self.bodies.iter_mut().filter_map(Body::as_cloth_mut)
-    }
-
-    /// The body of a user's particle, and its number there.
-    fn find(&self, particle: u32) -> (usize, u32) {
-        let body = self.bodies.partition_point(|body| body.first_particle() <= particle) - 1;
-        (body, particle - self.bodies[body].first_particle())
     }
 }

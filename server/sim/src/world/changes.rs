@@ -22,7 +22,7 @@ pub enum Change {
     Wind([f64; 3]),
     /// New linear drag of the medium on every particle of cloth (N s/m).
     Drag(f64),
-    /// The air around a cloth that feels it; `None` leaves a number as it is.
+    /// The air around a cloth that feels it; `None` leaves a number as it is. Bodies with a thickness share theirs.
     Air {
         /// Name of the cloth; `None`: all that feel air.
         body: Option<String>,
@@ -156,6 +156,10 @@ pub enum ChangeError {
     SnowHasNoSprings { name: String },
     #[error("body '{body}' feels no air: give it [body.air] in its scene")]
     NoAir { body: String },
+    #[error(
+        "body '{body}' has a thickness and shares its air with {others}: change that of all bodies, which no name asks for"
+    )]
+    SharedAir { body: String, others: String },
     #[error("there is no air to change: no body has [body.air] in its scene")]
     NoneFeelsAir,
     #[error("there are no springs to change: there is no cloth")]

@@ -10,6 +10,7 @@ use super::{
     rules::ChangeRules,
     setup::{SetupError, WorldSetup},
     snow::SnowBody,
+    together::groups,
     wind::Wind,
 };
 use crate::{
@@ -30,8 +31,8 @@ pub struct World<R: Real> {
     pub(super) gravity: [f64; 3],
     pub(super) wind: Wind,
     pub(super) colliders: Vec<Collider>,
-    /// Cloths in the order of the setup, then the snow, which goes last: a cloth that fails has then
-    /// not moved it.
+    /// Cloths in the order of the setup, all with a thickness as one where the first of them stands; then
+    /// the snow, which goes last: a cloth that fails has then not moved it.
     pub(super) bodies: Vec<Body<R>>,
     /// How long the sub-steps of the cloths are.
     pub(super) pace: Pace,
@@ -62,16 +63,16 @@ impl<R: Real> World<R> {
             setup.check_for_ranks()?;
         }
         let WorldSetup { dt, gravity, wind, wind_at, colliders, bodies: cloths, snow } = setup;
-        let (mut bodies, mut warnings, mut first_particle) = (Vec::new(), Vec::new(), 0);
+        let (mut bodies, mut warnings) = (Vec::new(), Vec::new());
 
-        for cloth in cloths {
-            let (cloth, notes) = Cloth::new(cloth, *dt, first_particle, ranks.as_ref())?;
-            first_particle += cloth.particle_count() as u32;
+        for members in groups(cloths)? {
+            let (cloth, notes) = Cloth::new(&members, *dt, ranks.as_ref())?;
             bodies.push(Body::Cloth(Box::new(cloth)));
             warnings.extend(notes);
         }
 
         if let Some(snow) = snow {
+            let first_particle: u32 = cloths.iter().map(|cloth| cloth.network.x.len() as u32).sum();
             let (snow, notes) = SnowBody::new(snow, colliders, first_particle, ranks.as_ref())?;
             bodies.push(Body::Snow(Box::new(snow)));
             warnings.extend(notes);
@@ -145,7 +146,7 @@ impl<R: Real> World<R> {
             .and_then(|()| step_snow(bodies, &around, &mut report, watch));
         if let Err((index, failure)) = taken {
             let body = bodies[index].name_for(&failure).to_owned();
-            let failure = failure.shifted(u64::from(bodies[index].first_particle()));
+            let failure = failure.renumbered(|own| bodies[index].of_all(own));
             bodies.iter_mut().for_each(Body::undo);
             self.pace = before;
             return Err(StepError { step: self.step_count, time, body, failure });

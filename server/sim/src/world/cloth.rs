@@ -1,22 +1,24 @@
-//! A cloth as a body of a world: built, stepped, undone, changed, looked at.
+//! A cloth of a world, one body or all with a thickness: built, stepped, undone, changed, looked at.
 
 use serde::{Deserialize, Serialize};
 
-use std::{borrow::Cow, sync::Arc};
+use std::{borrow::Cow, ops::Range, sync::Arc};
 
 use xxhash_rust::xxh3::Xxh3;
 
 use super::{
-    forces::Acting,
+    forces::{Acting, TimedForce},
     parameters::{ClothParameters, ranges},
+    parts::{Part, Parts},
     report::BodyReport,
-    setup::{BodySetup, SetupError},
+    setup::SetupError,
+    together::{Member, check_apart},
     topology::{BodyTopology, StepBound},
 };
 use crate::{
     cloth::{
-        self, Air, ClothReport, ClothSettings, Gain, LawEntry, Model, Parameters, PathPoint, PinMotion,
-        SpringKind, State, Stepping, Workspace,
+        self, Air, ClothReport, ClothSettings, Gain, Joined, LawEntry, Model, Parameters, PathPoint,
+        PinMotion, SpringKind, State, Stepping, Workspace,
     },
     linalg::PreconditionerKind,
     math::{Padded, Real, Sixteen, array3},
@@ -43,9 +45,7 @@ type Start<R> = ([Vec<Padded<R>>; 2], Parameters);
 /// A cloth in a world.
 #[derive(Clone, Debug)]
 pub(super) struct Cloth<R: Real> {
-    pub(super) name: String,
-    /// Index of its first particle among all.
-    pub(super) first_particle: u32,
+    pub(super) parts: Parts,
     pub(super) model: Model<R>,
     pub(super) parameters: Parameters,
     settings: ClothSettings,
@@ -53,68 +53,81 @@ pub(super) struct Cloth<R: Real> {
     pub(super) work: Workspace<R>,
     /// Pins sent since the last step, in the order in which they were sent.
     pub(super) sent: Vec<PinMotion>,
-    /// For drawing, in the user's numbering of the body.
-    triangles: Vec<[u32; 3]>,
-    springs: Vec<[u32; 2]>,
-    uv: Vec<[f64; 2]>,
     pub(super) acting: Acting,
     /// Its state and parameters at the start.
     pub(super) start: Arc<Start<R>>,
 }
 
 impl<R: Real> Cloth<R> {
-    /// Builds a cloth, for steps of the world of `dt` (s); the strings are warnings that do not stop it.
+    /// Builds a cloth of bodies that are stepped alike, for steps of the world of `dt` (s); the strings are warnings that do
+    /// not stop it.
     pub(super) fn new(
-        setup: &BodySetup,
+        members: &[Member<'_>],
         dt: f64,
-        first_particle: u32,
         ranks: Option<&Ranks>,
     ) -> Result<(Self, Vec<String>), SetupError> {
-        let BodySetup { name, network, settings: asked, forces } = setup;
-        let refused = |message| SetupError::Body { body: name.clone(), message };
-        let mut settings = cloth::resolve(asked, network, dt);
-        let made = match Model::over(network, &settings, ranks) {
+        for (body, _) in members {
+            let sound = cloth::check_network(&body.network, &body.settings);
+            sound.map_err(|message| SetupError::Body { body: body.name.clone(), message })?;
+        }
+        let joined = Joined::of(members.iter().map(|(body, _)| &body.network).collect());
+        let (whole, asked) = (&*joined.whole, &members[0].0.settings);
+        let mut settings = cloth::resolve(asked, whole, dt);
+        let made = match Model::over(&joined, &settings, ranks) {
             // What is too entangled for a coarse space goes without, where none is asked for by name.
             Err(_) if settings.solver.preconditioner != asked.solver.preconditioner => {
                 settings.solver.preconditioner = PreconditionerKind::BlockJacobi;
-                Model::over(network, &settings, ranks)
+                Model::over(&joined, &settings, ranks)
             }
             made => made,
         };
-        let (model, parameters, warnings) = made.map_err(refused)?;
-        let crossed = if network.thickness > 0.0 { network.crossed() } else { None };
-        if let Some(crossed) = crossed {
-            let message =
-                format!("it has a thickness, and its surface crosses itself at the start: {crossed}");
-            return Err(refused(message));
-        }
-        let state = State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };
+        let (model, parameters) = made.map_err(|message| {
+            let names: Vec<_> = members.iter().map(|(body, _)| body.name.as_str()).collect();
+            SetupError::Body { body: names.join(", "), message }
+        })?;
+        check_apart(members, &joined)?;
+        let part = |(part, laws): (usize, &Range<usize>)| {
+            let (body, first_particle) = members[part];
+            Part::new(body, first_particle, joined.particles(part), laws.clone())
+        };
+        let parts = Parts::new(model.laws_of_parts.iter().enumerate().map(part).collect());
+        let state = State { x: model.arrange(&whole.x), v: model.arrange(&whole.v), ..State::default() };
         let start = Arc::new(([state.x.clone(), state.v.clone()], parameters.clone()));
 
         let mut cloth = Self {
-            name: name.clone(),
-            first_particle,
+            parts,
             model,
             parameters,
             settings,
             state,
             work: Workspace::new(),
             sent: Vec::new(),
-            triangles: network.triangles.clone(),
-            springs: network.springs.iter().map(|spring| spring.particles).collect(),
-            uv: network.uv.clone(),
-            acting: Acting::new(forces),
+            acting: Acting::default(),
             start,
         };
 
         cloth.still_pins();
-        let count = cloth.particle_count();
-        let wrong =
-            forces.iter().find_map(|force| force.invalid(count, |particle| cloth.is_pinned(particle)));
-        if let Some(message) = wrong {
-            return Err(SetupError::Body { body: name.clone(), message });
+        cloth.acting = Acting::new(&cloth.forces_of(members)?);
+        let warnings = members.iter().flat_map(|(body, _)| {
+            let warnings = Model::<R>::warnings(&body.network).into_iter();
+            warnings.map(move |warning| format!("body '{}': {warning}", body.name))
+        });
+        Ok((cloth, warnings.collect()))
+    }
+
+    /// The forces of its bodies, in the numbering of the cloth.
+    fn forces_of(&self, members: &[Member<'_>]) -> Result<Vec<TimedForce>, SetupError> {
+        let mut forces = Vec::new();
+        for ((body, _), part) in members.iter().zip(self.parts.iter()) {
+            let first = part.own.start;
+            for force in &body.forces {
+                if let Some(message) = force.invalid(part.count(), |own| self.is_pinned(first + own)) {
+                    return Err(SetupError::Body { body: body.name.clone(), message });
+                }
+                forces.push(force.moved(first));
+            }
         }
-        Ok((cloth, warnings.into_iter().map(|warning| format!("body '{name}': {warning}")).collect()))
+        Ok(forces)
     }
 
     /// A pin's velocity is prescribed: 0 until it is sent somewhere.
@@ -160,7 +173,7 @@ impl<R: Real> Cloth<R> {
             work,
             ..
         } = *report;
-        let of_all = |particle: u64| particle + u64::from(self.first_particle);
+        let of_all = |own: u64| self.of_all(own);
         notices.first_passed = notices.first_passed.map(of_all);
         notices.first_pinched = notices.first_pinched.map(of_all);
         let snow = None;
@@ -204,19 +217,28 @@ impl<R: Real> Cloth<R> {
         self.model.spring_count
     }
 
-    pub(super) fn name_for(&self, _: &StepFailure) -> &str {
-        &self.name
+    /// The body that the particle of a failure belongs to, or all of them.
+    pub(super) fn name_for(&self, failure: &StepFailure) -> &str {
+        failure.particle().map_or(self.parts.names(), |own| self.parts.of(own as u32).name.as_str())
     }
 
-    /// Whether any of its springs is of a kind; `None`: of any kind.
-    pub(super) fn has_springs(&self, kind: Option<SpringKind>) -> bool {
-        self.parameters.laws.iter().any(|law| kind.is_none_or(|kind| law.kind == kind))
+    /// Number over all bodies of a particle.
+    pub(super) fn of_all(&self, own: u64) -> u64 {
+        u64::from(self.parts.of_all(own as u32))
     }
 
-    /// Drag and springs as they are now.
-    pub(super) fn parameters(&self) -> ClothParameters {
+    /// Whether any spring of one of its bodies is of a kind.
+    pub(super) fn has_springs(&self, part: &Part, kind: SpringKind) -> bool {
+        self.parameters.laws[part.laws.clone()].iter().any(|law| law.kind == kind)
+    }
+
+    /// Drag and springs of its bodies as they are now, each with its first particle.
+    pub(super) fn parameters(&self) -> impl Iterator<Item = (u32, ClothParameters)> {
         let Parameters { laws, drag, air, .. } = &self.parameters;
-        ClothParameters { name: self.name.clone(), drag: *drag, air: *air, springs: ranges(laws) }
+        self.parts.iter().map(move |part| {
+            let (name, springs) = (part.name.clone(), ranges(&laws[part.laws.clone()]));
+            (part.first_particle, ClothParameters { name, drag: *drag, air: *air, springs })
+        })
     }
 
     /// Lets the next step go on from the state alone: forces change from one step to the next.
@@ -238,16 +260,22 @@ impl<R: Real> Cloth<R> {
         self.parameters.air = self.parameters.air.map(change);
     }
 
-    /// Sets stiffness (N/m) and damping (N s/m) of the springs of a kind; `None` leaves one as it is.
+    /// Sets stiffness (N/m) and damping (N s/m) of the springs of a kind in the body of a name, or in all; `None` leaves one as
+    /// it is.
     pub(super) fn set_springs(
         &mut self,
+        name: Option<&str>,
         kind: Option<SpringKind>,
         stiffness: Option<f64>,
         damping: Option<f64>,
     ) {
-        for entry in self.parameters.laws.iter_mut().filter(|entry| kind.is_none_or(|k| entry.kind == k)) {
-            entry.law.stiffness = stiffness.unwrap_or(entry.law.stiffness);
-            entry.law.damping = damping.unwrap_or(entry.law.damping);
+        let Self { parts, parameters, .. } = self;
+        for part in parts.iter().filter(|part| name.is_none_or(|name| part.name == name)) {
+            let laws = parameters.laws[part.laws.clone()].iter_mut();
+            for entry in laws.filter(|entry| kind.is_none_or(|kind| entry.kind == kind)) {
+                entry.law.stiffness = stiffness.unwrap_or(entry.law.stiffness);
+                entry.law.damping = damping.unwrap_or(entry.law.damping);
+            }
         }
     }
 
@@ -329,7 +357,7 @@ impl<R: Real> Cloth<R> {
 
     /// Number among all particles of one of its own.
     fn owner(&self, user: u32) -> u64 {
-        u64::from(self.first_particle + user)
+        u64::from(self.parts.of_all(user))
     }
 
     /// Pins on their way, those included that were sent since the last step.
@@ -343,23 +371,14 @@ impl<R: Real> Cloth<R> {
     }
 
     pub(super) fn topology(&self, out: &mut Vec<BodyTopology>) {
-        let (first, count) = (self.first_particle, self.model.count as u32);
-        out.push(BodyTopology {
-            name: self.name.clone(),
-            first_particle: first,
-            particle_count: count,
-            triangles: self.triangles.iter().map(|t| t.map(|p| p + first)).collect(),
-            springs: self.springs.iter().map(|s| s.map(|p| p + first)).collect(),
-            pins: (0..count).filter(|user| self.is_pinned(*user)).map(|user| user + first).collect(),
-            uv: self.uv.clone(),
-        });
+        out.extend(self.parts.iter().map(|part| part.topology(|own| self.is_pinned(own))));
     }
 
     /// Largest explicit step at the state as it is.
     pub(super) fn step_bound(&self, around: &Surroundings<'_>) -> StepBound {
         let Self { model, parameters, settings, state, .. } = self;
         let (dt, particle) = cloth::step_bound(model, parameters, settings, around, state);
-        StepBound { body: self.name.clone(), dt, particle: u64::from(particle + self.first_particle) }
+        StepBound { body: self.parts.of(particle).name.clone(), dt, particle: self.owner(particle) }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Fields of a cloth: read in the user's numbering; taken as bytes, and put into a copy of the cloth.
 
+use std::ops::Range;
+
 use super::cloth::Cloth;
 use crate::{
     field::Field,
@@ -11,18 +13,23 @@ use crate::{
 const BLOCK_SIZE: usize = 4096;
 
 impl<R: Real> Cloth<R> {
+    /// Writes what its bodies have of a field over that of all bodies.
     pub(super) fn read<T: Real>(&self, field: Field, out: &mut [T]) {
-        match field {
-            Field::Positions => self.read_vectors(&self.state.x, out),
-            Field::Velocities => self.read_vectors(&self.state.v, out),
-            Field::PlasticRatios => out.fill(T::one()),
-            Field::StressNorms => out.fill(T::zero()),
+        for part in self.parts.iter() {
+            let [first, count] = [part.first_particle as usize, part.count()].map(|n| field.width() * n);
+            let out = &mut out[first..first + count];
+            match field {
+                Field::Positions => self.read_vectors(&self.state.x, &part.own, out),
+                Field::Velocities => self.read_vectors(&self.state.v, &part.own, out),
+                Field::PlasticRatios => out.fill(T::one()),
+                Field::StressNorms => out.fill(T::zero()),
+            }
         }
     }
 
-    fn read_vectors<T: Real>(&self, vectors: &[Padded<R>], out: &mut [T]) {
+    fn read_vectors<T: Real>(&self, vectors: &[Padded<R>], own: &Range<u32>, out: &mut [T]) {
         let number = |value: R| T::of(value.to_f64());
-        let place = &self.model.place;
+        let place = &self.model.place[own.start as usize..own.end as usize];
         let fields = (several_per_block_mut(out, 3 * BLOCK_SIZE), per_row(place));
         Own::whole(place.len(), BLOCK_SIZE).each(fields, |_, (out, places)| {
             for (out, &place) in out.as_chunks_mut().0.iter_mut().zip(places) {

@@ -123,9 +123,8 @@ impl Shortest {
     /// The bound with particles over all bodies: where there is none, what the scene asks for (s).
     fn shifted<R: Real>(&self, bodies: &[Body<R>], asked: f64) -> TimeBound {
         let TimeBound { kind, dt, particle } = self.bound;
-        let first = u64::from(bodies[self.body].first_particle());
         let dt = if dt.is_finite() { dt } else { asked };
-        TimeBound { kind, dt, particle: particle.map(|particle| particle + first) }
+        TimeBound { kind, dt, particle: particle.map(|own| bodies[self.body].of_all(own)) }
     }
 }
 
@@ -181,5 +180,5 @@ fn can_shorten<R: Real>(
 
 fn rejection<R: Real>(body: &Body<R>, time: f64, dt: f64, failure: StepFailure) -> Rejection {
     let name = body.name_for(&failure).to_owned();
-    Rejection { time, dt, body: name, cause: failure.shifted(u64::from(body.first_particle())) }
+    Rejection { time, dt, body: name, cause: failure.renumbered(|own| body.of_all(own)) }
 }

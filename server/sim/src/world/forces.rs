@@ -35,6 +35,12 @@ impl TimedForce {
         }
     }
 
+    /// The same in a numbering in which the body begins with particle `first`.
+    pub(super) fn moved(&self, first: u32) -> Self {
+        let particles = self.particles.iter().map(|particle| first + particle).collect();
+        Self { particles, ..*self }
+    }
+
     /// What is wrong with it, on a body of so many particles, as a sentence.
     pub(super) fn invalid(&self, count: usize, is_pinned: impl Fn(u32) -> bool) -> Option<String> {
         let Self { particles, force, from, until } = self;
@@ -81,7 +87,7 @@ impl Forces {
     }
 }
 
-/// What acts on a body, by the particles of the user's numbering of the body.
+/// What acts on a cloth, by the particles of its user's numbering.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Acting {
     timed: Arc<[TimedForce]>,
@@ -97,22 +103,16 @@ impl Acting {
         Self { timed: timed.into(), called: Vec::new(), is_known: timed.is_empty() }
     }
 
-    /// Takes over what a call sets on particles; on all of so many where it names none. Those that are pinned stay without.
+    /// Takes over what a call sets (N) on particles, of so many. Those that are pinned stay without.
     pub(super) fn set(
         &mut self,
-        particles: &[u32],
-        forces: &Forces,
+        forces: impl Iterator<Item = (u32, [f64; 3])>,
         count: usize,
         is_pinned: impl Fn(u32) -> bool,
     ) {
         self.called.resize(count, [0.0; 3]);
-        let mut set = |particle: u32, force: [f64; 3]| {
+        for (particle, force) in forces {
             self.called[particle as usize] = if is_pinned(particle) { [0.0; 3] } else { force };
-        };
-        if particles.is_empty() {
-            (0..count).for_each(|particle| set(particle as u32, forces.at(particle)));
-        } else {
-            particles.iter().enumerate().for_each(|(place, particle)| set(*particle, forces.at(place)));
         }
         if self.called.iter().all(|force| *force == [0.0; 3]) {
             self.called = Vec::new();
@@ -166,11 +166,12 @@ mod tests {
         assert_eq!(found.len(), 2);
         assert!((found[0].1[0] - 2.0).abs() < 1e-12 && found[1].0 == 2, "{found:?}");
         assert!(acting.is_new(0.2, 0.1));
-        acting.set(&[0, 2], &Forces::One([0.0, 1.0, 0.0]), 3, |particle| particle == 0);
+        let upwards = [0, 2].map(|particle| (particle, [0.0, 1.0, 0.0]));
+        acting.set(upwards.into_iter(), 3, |particle| particle == 0);
         assert!(acting.is_new(0.2, 0.1));
         let found: Vec<_> = acting.now(0.2, 0.1).collect();
         assert_eq!(found, [(1, [4.0, 0.0, 0.0]), (2, [4.0, 0.0, 0.0]), (2, [0.0, 1.0, 0.0])]);
-        acting.set(&[], &Forces::One([0.0; 3]), 3, |_| false);
+        acting.set((0..3).map(|particle| (particle, [0.0; 3])), 3, |_| false);
         assert!(acting.called().is_empty() && acting.is_new(0.3, 0.1));
         assert!(acting.now(0.3, 0.1).next().is_none());
         assert!(!acting.is_new(0.4, 0.1) && !acting.has_changed(0.4, 0.1));

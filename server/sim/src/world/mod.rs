@@ -9,6 +9,8 @@ mod setup;
 mod report;
 mod topology;
 mod parameters;
+mod parts;
+mod together;
 mod cloth;
 mod cloth_fields;
 mod placed;

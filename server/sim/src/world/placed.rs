@@ -2,16 +2,24 @@
 
 use super::{cloth::Cloth, forces::Forces};
 use crate::{
-    cloth::State,
-    math::{Padded, Real},
+    cloth::{PinMotion, State},
+    math::{Padded, Real, vec3},
 };
 
 impl<R: Real> Cloth<R> {
-    /// Sets forces on particles, on all free ones where there are none.
-    pub(super) fn set_forces(&mut self, particles: &[u32], forces: &Forces) {
-        let Self { acting, model, .. } = self;
-        let is_pinned = |particle: u32| model.inv_m[model.place[particle as usize] as usize] == R::zero();
-        acting.set(particles, forces, model.count, is_pinned);
+    /// Sets forces on particles of the body of that name, if it is one of its own; on all free ones where there are none.
+    pub(super) fn set_forces(&mut self, name: &str, particles: &[u32], forces: &Forces) {
+        let Self { acting, model, parts, .. } = self;
+        let Some(part) = parts.named(name) else { return };
+        let is_pinned = |own: u32| model.inv_m[model.place[own as usize] as usize] == R::zero();
+        if particles.is_empty() {
+            let all = part.own.clone().enumerate();
+            acting.set(all.map(|(place, own)| (own, forces.at(place))), model.count, is_pinned);
+        } else {
+            let listed = particles.iter().enumerate();
+            let first = part.own.start;
+            acting.set(listed.map(|(place, at)| (first + at, forces.at(place))), model.count, is_pinned);
+        }
     }
 
     /// Takes over the forces in a step of the world from a time (s) on, of `dt` (s), where they are others than before.
@@ -27,26 +35,33 @@ impl<R: Real> Cloth<R> {
         }
     }
 
-    /// Puts its particles elsewhere (m), with these velocities (m/s); pins stand.
-    pub(super) fn place(&mut self, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
-        let x = self.model.arrange(positions);
-        let still = || vec![Padded::default(); x.len()];
-        let v = velocities.map_or_else(still, |velocities| self.model.arrange(velocities));
-        self.begin_from([x, v]);
+    /// Puts the particles of the body of that name, if it is one of its own, elsewhere (m), with these velocities (m/s). Its pins
+    /// stand; those of others go on.
+    pub(super) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
+        let Self { parts, model, state, sent, work, .. } = self;
+        let Some(part) = parts.named(name) else { return };
+        let State { mut x, mut v, mut motions, .. } = std::mem::take(state);
+        for (place, own) in part.own.clone().enumerate() {
+            let row = model.place[own as usize] as usize;
+            x[row] = Padded::new(&vec3(positions[place]));
+            let velocity = velocities.map_or([0.0; 3], |velocities| velocities[place]);
+            let is_pinned = model.inv_m[row] == R::zero();
+            v[row] = Padded::new(&vec3(if is_pinned { [0.0; 3] } else { velocity }));
+        }
+        let goes_on = |motion: &PinMotion| !part.own.contains(&model.user[motion.particle as usize]);
+        motions.retain(goes_on);
+        sent.retain(goes_on);
+        *state = State { x, v, motions, ..State::default() };
+        work.forget();
     }
 
     /// Puts it back to its start.
     pub(super) fn reset(&mut self) {
         let start = self.start.clone();
-        let (fields, parameters) = &*start;
+        let ([x, v], parameters) = &*start;
         self.parameters.clone_from(parameters);
         self.acting.put(Vec::new());
-        self.begin_from(fields.clone());
-    }
-
-    /// Goes on from positions (m) and velocities (m/s) alone, in the model's order.
-    fn begin_from(&mut self, [x, v]: [Vec<Padded<R>>; 2]) {
-        self.state = State { x, v, ..State::default() };
+        self.state = State { x: x.clone(), v: v.clone(), ..State::default() };
         self.sent.clear();
         self.still_pins();
         self.work.forget();

@@ -47,6 +47,8 @@ struct ClothRules {
     /// Kinds of its springs.
     kinds: Vec<SpringKind>,
     feels_air: bool,
+    /// Names of those that it shares its air with.
+    beside: Vec<String>,
 }
 
 impl ClothRules {
@@ -69,20 +71,23 @@ impl ChangeRules {
         let colliders = colliders.iter().map(|collider| collider.name.clone()).collect();
         let mut rules = Self { particle_count: 0, pinned, cloths, snows, colliders, reaches, dt, over_ranks };
         for body in bodies {
-            let first = body.first_particle();
-            let own = 0..body.particle_count() as u32;
-            rules.pinned.extend(own.filter(|own| body.is_pinned(*own)).map(|own| first + own));
             rules.particle_count += body.particle_count();
             match body {
                 Body::Cloth(cloth) => {
-                    let kinds = SpringKind::ALL.into_iter().filter(|kind| cloth.has_springs(Some(*kind)));
-                    rules.cloths.push(ClothRules {
-                        name: cloth.name.clone(),
-                        first_particle: first,
-                        particle_count: cloth.particle_count(),
-                        kinds: kinds.collect(),
-                        feels_air: cloth.feels_air(),
-                    });
+                    let own = 0..cloth.particle_count() as u32;
+                    let pinned = own.filter(|own| cloth.is_pinned(*own));
+                    rules.pinned.extend(pinned.map(|own| cloth.parts.of_all(own)));
+                    for part in cloth.parts.iter() {
+                        let kinds = SpringKind::ALL.into_iter().filter(|kind| cloth.has_springs(part, *kind));
+                        rules.cloths.push(ClothRules {
+                            name: part.name.clone(),
+                            first_particle: part.first_particle,
+                            particle_count: part.count(),
+                            kinds: kinds.collect(),
+                            feels_air: cloth.feels_air(),
+                            beside: cloth.parts.beside(&part.name),
+                        });
+                    }
                 }
                 Body::Snow(snow) => {
                     let objects = snow.snow.objects();
@@ -90,6 +95,9 @@ impl ChangeRules {
                 }
             }
         }
+        // Other bodies may stand between those of one cloth.
+        rules.pinned.sort_unstable();
+        rules.cloths.sort_by_key(|cloth| cloth.first_particle);
         rules
     }
 
@@ -199,7 +207,10 @@ impl ChangeRules {
             return if any { Ok(()) } else { Err(ChangeError::NoneFeelsAir) };
         };
         match self.cloths.iter().find(|cloth| cloth.name == name) {
-            Some(cloth) if cloth.feels_air => Ok(()),
+            Some(cloth) if cloth.feels_air && cloth.beside.is_empty() => Ok(()),
+            Some(cloth) if cloth.feels_air => {
+                Err(ChangeError::SharedAir { body: name.into(), others: cloth.beside.join(", ") })
+            }
             Some(_) => Err(ChangeError::NoAir { body: name.into() }),
             None if self.is_snow(name) => Err(ChangeError::NoAir { body: name.into() }),
             None => Err(self.unknown_body(name)),

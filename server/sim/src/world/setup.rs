@@ -39,7 +39,7 @@ pub struct WorldSetup {
     pub wind_at: Vec<(f64, [f64; 3])>,
     /// What particles hit, in the order in which they are met.
     pub colliders: Vec<Collider>,
-    /// Cloths: their particles come first, in this order.
+    /// Cloths: their particles come first, in this order. Those with a thickness meet each other.
     pub bodies: Vec<BodySetup>,
     /// Snow; a world has a cloth or snow at least. Cloth and snow do not touch each other yet.
     pub snow: Option<SnowSetup>,
@@ -133,15 +133,6 @@ impl WorldSetup {
         if let Some(twice) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
             let message = "two bodies have this name: names are unique".into();
             return Err(SetupError::Body { body: names[twice].clone(), message });
-        }
-
-        let mut thick = self.bodies.iter().filter(|body| body.network.thickness > 0.0);
-        if let (Some(first), Some(second)) = (thick.next(), thick.next()) {
-            let message = format!(
-                "it has a thickness, as body '{}' has: contact between bodies is not computed yet",
-                first.name
-            );
-            return Err(SetupError::Body { body: second.name.clone(), message });
         }
 
         let particles = self.bounds();

@@ -197,7 +197,7 @@ impl Simulation {
         on_world!(self, world => world.collider_pose(index))
     }
 
-    /// Largest explicit steps, one per cloth.
+    /// Largest explicit steps, one per cloth, and one for all bodies with a thickness.
     pub fn step_bounds(&self) -> Vec<StepBound> {
         on_world!(self, world => world.step_bounds())
     }

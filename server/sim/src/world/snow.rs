@@ -131,8 +131,10 @@ impl<R: Real> SnowBody<R> {
         failure.particle().map_or("snow", |particle| self.snow.object_of(particle))
     }
 
+    /// Writes its part of a field over that of all bodies.
     pub(super) fn read<T: Real>(&self, field: Field, out: &mut [T]) {
-        self.snow.read(field, out);
+        let [first, count] = [self.first_particle as usize, self.particle_count()].map(|n| field.width() * n);
+        self.snow.read(field, &mut out[first..first + count]);
     }
 
     pub(super) fn hash(&self) -> u64 {

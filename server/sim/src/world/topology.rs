@@ -22,7 +22,7 @@ pub struct BodyTopology {
 /// Largest explicit time step of a body, from a bound that holds for any mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepBound {
-    /// Name of the body.
+    /// Name of the body: of several that are stepped together, of the one that sets it.
     pub body: String,
     /// Largest stable dt (s) for small motions about the state as it is, a lower bound: of velocity Verlet where the body is
     /// stepped by it, of symplectic Euler otherwise. Infinite without springs.

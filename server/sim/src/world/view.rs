@@ -42,13 +42,15 @@ impl<R: Real> World<R> {
 
     /// Parameters as they are now.
     pub fn parameters(&self) -> WorldParameters {
-        let cloths = self.bodies.iter().filter_map(Body::as_cloth).map(Cloth::parameters).collect();
+        let cloths = self.bodies.iter().filter_map(Body::as_cloth).flat_map(Cloth::parameters);
+        let mut cloths: Vec<_> = cloths.collect();
+        cloths.sort_by_key(|(first_particle, _)| *first_particle);
         let time = self.time();
         let poses = self.colliders.iter().map(|collider| (collider.name.clone(), collider.pose(time)));
         WorldParameters {
             gravity: self.gravity,
             wind: self.around().wind,
-            cloths,
+            cloths: cloths.into_iter().map(|(_, cloth)| cloth).collect(),
             colliders: poses.collect(),
         }
     }
@@ -73,11 +75,8 @@ impl<R: Real> World<R> {
     pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
         let width = field.width();
         assert_eq!(out.len(), width * self.particle_count(), "{width} numbers per particle");
-        let mut left = out;
         for body in &self.bodies {
-            let (own, others) = left.split_at_mut(width * body.particle_count());
-            body.read(field, own);
-            left = others;
+            body.read(field, out);
         }
     }
 
@@ -113,10 +112,12 @@ impl<R: Real> World<R> {
     pub fn topology(&self) -> Vec<BodyTopology> {
         let mut topology = Vec::new();
         self.bodies.iter().for_each(|body| body.topology(&mut topology));
+        // Other bodies may stand between those of one cloth.
+        topology.sort_by_key(|body| body.first_particle);
         topology
     }
 
-    /// Largest explicit steps, one per cloth; that of snow is in its report.
+    /// Largest explicit steps, one per cloth, and one for all bodies with a thickness; that of snow is in its report.
     pub fn step_bounds(&self) -> Vec<StepBound> {
         let around = self.around();
         self.bodies.iter().filter_map(|body| body.step_bound(&around)).collect()

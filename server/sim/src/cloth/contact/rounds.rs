@@ -141,8 +141,8 @@ impl<R: Real> Contact<R> {
             let velocity = wide(&next.v[wall.particle as usize]);
             let friction = scene.colliders[wall.collider as usize].friction;
             let inv_m = model.inv_m[wall.particle as usize].to_f64();
-            is_changed |=
-                wall.review((&velocity, dt), surface.thickness, (friction, inv_m), [round, ROUNDS - LAST]);
+            let thickness = surface.thickness_of(wall.particle);
+            is_changed |= wall.review((&velocity, dt), thickness, (friction, inv_m), [round, ROUNDS - LAST]);
         }
         self.look(scene, next, round);
         let mut is_unsafe = false;

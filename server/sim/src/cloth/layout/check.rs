@@ -69,7 +69,7 @@ fn check_triangles(network: &Network, settings: &ClothSettings) -> Result<(), St
 }
 
 /// What is wrong with a network or its settings, as a sentence.
-pub(super) fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
+pub(crate) fn check_network(network: &Network, settings: &ClothSettings) -> Result<(), String> {
     let count = network.x.len();
     if count == 0 {
         return Err("it has no particles".into());

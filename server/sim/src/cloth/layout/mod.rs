@@ -1,6 +1,6 @@
 //! A network laid out for kernels: rows of particles in blocks, sixteen springs, elements or triangles side by side.
 //!
-//! Enters: a network. Leaves: a model, which steps only read. Modules in reading order:
+//! Enters: a network, or several that are one cloth. Leaves: a model, which steps only read. Modules in reading order:
 
 mod halo;
 mod rows;
@@ -12,6 +12,7 @@ mod surface;
 mod check;
 mod model;
 
+pub(crate) use check::check_network;
 pub(super) use elements::{BlockOfRows, ElementNumbers, Elements};
 pub(super) use halo::copy_own;
 pub use model::{LawEntry, Model, Parameters};

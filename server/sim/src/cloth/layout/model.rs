@@ -5,10 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, ops::Range};
 
 use super::{
-    check::check,
+    check::check_network,
     elements::Elements,
     rows::{Joint, Springs, sort_rows},
     surface::Surface,
@@ -18,7 +18,8 @@ use crate::{
     cloth::{
         laws::Air,
         network::{
-            Colours, Components, Loose, Network, Spring, SpringKind, SpringLaw, spacing, spread, warnings,
+            Colours, Components, Joined, Loose, Network, Spring, SpringKind, SpringLaw, spacing, spread,
+            warnings,
         },
         settings::ClothSettings,
     },
@@ -51,6 +52,8 @@ pub struct Model<R: Real> {
     pub spring_count: usize,
     /// Number of springs of each law.
     pub(crate) springs_of_laws: Vec<u32>,
+    /// Which laws the springs of each of its networks have.
+    pub(crate) laws_of_parts: Vec<Range<usize>>,
     /// Number of particles that are not pinned.
     pub(crate) free_count: usize,
     /// Mass of these (kg).
@@ -105,21 +108,26 @@ impl<R: Real> Model<R> {
         network: &Network,
         settings: &ClothSettings,
     ) -> Result<(Self, Parameters, Vec<String>), String> {
-        Self::over(network, settings, None)
+        check_network(network, settings)?;
+        let (model, parameters) = Self::over(&Joined::of(vec![network]), settings, None)?;
+        Ok((model, parameters, Self::warnings(network)))
     }
 
-    /// The same for one of several ranks.
+    /// What is odd about a network that is sound, but does not stop a simulation.
+    pub(crate) fn warnings(network: &Network) -> Vec<String> {
+        warnings::<R>(network, spacing(network))
+    }
+
+    /// Lays out networks that are sound, as one cloth, for one of several ranks or for all of it.
     pub(crate) fn over(
-        network: &Network,
+        joined: &Joined<'_>,
         settings: &ClothSettings,
         ranks: Option<&Ranks>,
-    ) -> Result<(Self, Parameters, Vec<String>), String> {
-        check(network, settings)?;
-
+    ) -> Result<(Self, Parameters), String> {
+        let network = &*joined.whole;
         let count = network.x.len();
-        let (laws, law_of) = table_of_laws(network)?;
-        let spacing = spacing(network);
-        let numbering = hilbert_order(&network.x, spacing);
+        let Laws { table: laws, of_springs: law_of, of_parts: laws_of_parts } = Laws::of(joined)?;
+        let numbering = hilbert_order(&network.x, spacing(network));
         let first = inverse(&numbering);
         let mut order = sort_rows(count, settings.block_size, &joints(network, &law_of, &first));
         if settings.has_sweeps() {
@@ -153,6 +161,7 @@ impl<R: Real> Model<R> {
             springs: Springs::new(count, settings.block_size, &joints),
             spring_count: joints.len(),
             springs_of_laws: count_laws(laws.len(), &joints),
+            laws_of_parts,
             free_count: inv_m.iter().filter(|inv_m| **inv_m > R::zero()).count(),
             free_mass: free_mass(&m, &inv_m),
             elements: network
@@ -161,7 +170,7 @@ impl<R: Real> Model<R> {
                 .map(|list| Elements::new(list, settings.block_size, &place))
                 .collect(),
             triangles: network.air.map(|_| Triangles::new(&network.triangles, settings.block_size, &place)),
-            surface: Surface::of(network, settings, &place, &user),
+            surface: Surface::of(joined, settings, &place, &user),
             m,
             inv_m,
             user,
@@ -174,7 +183,7 @@ impl<R: Real> Model<R> {
         model.lay_out(network, settings)?;
         let elements = network.elements.iter().map(|list| list.law).collect();
         let Network { drag, air, .. } = *network;
-        Ok((model, Parameters { laws, elements, drag, air }, warnings::<R>(network, spacing)))
+        Ok((model, Parameters { laws, elements, drag, air }))
     }
 
     /// Lays out what the settings ask for.
@@ -259,32 +268,51 @@ fn joints(network: &Network, law_of: &[u16], place: &[u32]) -> Vec<Joint> {
         .collect()
 }
 
-/// The different laws, ordered by kind and value, and the law of each spring.
-fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String> {
-    let key = |s: &Spring| (s.kind, s.law.stiffness.to_bits(), s.law.damping.to_bits());
-    let runs = || network.springs.chunk_by(|a, b| key(a) == key(b)).inspect(|_| interrupt::point());
-    let keys: BTreeSet<_> = runs().map(|run| key(&run[0])).collect();
-    let keys: Vec<_> = keys.into_iter().collect();
+/// Laws of springs: those of each network by themselves, so that they can change by themselves.
+struct Laws {
+    table: Vec<LawEntry>,
+    /// The law of each spring.
+    of_springs: Vec<u16>,
+    /// Which laws the springs of each network have.
+    of_parts: Vec<Range<usize>>,
+}
 
-    if keys.len() > MAX_LAWS {
-        return Err(format!(
-            "{} different pairs of stiffness and damping: at most {MAX_LAWS} are allowed",
-            keys.len()
-        ));
+impl Laws {
+    fn of(joined: &Joined<'_>) -> Result<Self, String> {
+        let mut laws = Self { table: Vec::new(), of_springs: Vec::new(), of_parts: Vec::new() };
+        for part in &joined.parts {
+            let first = laws.table.len();
+            laws.add(part)?;
+            laws.of_parts.push(first..laws.table.len());
+        }
+        Ok(laws)
     }
 
-    let laws = keys
-        .iter()
-        .map(|&(kind, stiffness, damping)| LawEntry {
+    /// Adds the different laws of a network, ordered by kind and value, and the law of each spring.
+    fn add(&mut self, network: &Network) -> Result<(), String> {
+        let key = |s: &Spring| (s.kind, s.law.stiffness.to_bits(), s.law.damping.to_bits());
+        let runs = || network.springs.chunk_by(|a, b| key(a) == key(b)).inspect(|_| interrupt::point());
+        let keys: BTreeSet<_> = runs().map(|run| key(&run[0])).collect();
+        let keys: Vec<_> = keys.into_iter().collect();
+
+        let first = self.table.len();
+        let count = first + keys.len();
+        if count > MAX_LAWS {
+            return Err(format!(
+                "{count} different pairs of stiffness and damping: at most {MAX_LAWS} are allowed"
+            ));
+        }
+
+        self.table.extend(keys.iter().map(|&(kind, stiffness, damping)| LawEntry {
             kind,
             law: SpringLaw { stiffness: f64::from_bits(stiffness), damping: f64::from_bits(damping) },
-        })
-        .collect();
+        }));
 
-    let mut law_of = Vec::with_capacity(network.springs.len());
-    for run in runs() {
-        let law = keys.binary_search(&key(&run[0])).expect("the table holds every spring's law");
-        law_of.extend(run.iter().map(|_| law as u16));
+        self.of_springs.reserve(network.springs.len());
+        for run in runs() {
+            let law = keys.binary_search(&key(&run[0])).expect("the table holds every spring's law");
+            self.of_springs.extend(run.iter().map(|_| (first + law) as u16));
+        }
+        Ok(())
     }
-    Ok((laws, law_of))
 }

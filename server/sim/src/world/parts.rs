@@ -1,0 +1,138 @@
+//! The bodies that a cloth consists of: one, or all that have a thickness; whose particle is which.
+
+use std::ops::Range;
+
+use super::{setup::BodySetup, topology::BodyTopology};
+
+/// A body within a cloth.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    pub(super) name: String,
+    /// Index of its first particle among all.
+    pub(super) first_particle: u32,
+    /// Its particles in the user's numbering of the cloth.
+    pub(super) own: Range<u32>,
+    /// Its entries in the cloth's table of laws.
+    pub(super) laws: Range<usize>,
+    /// For drawing, in the user's numbering of the body.
+    triangles: Vec<[u32; 3]>,
+    springs: Vec<[u32; 2]>,
+    uv: Vec<[f64; 2]>,
+}
+
+impl Part {
+    /// A body whose first particle among all is given, with its particles and its laws in the cloth.
+    pub(super) fn new(setup: &BodySetup, first_particle: u32, own: Range<u32>, laws: Range<usize>) -> Self {
+        let BodySetup { name, network, .. } = setup;
+        Self {
+            name: name.clone(),
+            first_particle,
+            own,
+            laws,
+            triangles: network.triangles.clone(),
+            springs: network.springs.iter().map(|spring| spring.particles).collect(),
+            uv: network.uv.clone(),
+        }
+    }
+
+    /// Number of its particles.
+    pub(super) fn count(&self) -> usize {
+        self.own.len()
+    }
+
+    /// What frames refer to.
+    pub(super) fn topology(&self, is_pinned: impl Fn(u32) -> bool) -> BodyTopology {
+        let first = self.first_particle;
+        let pins = self.own.clone().filter(|own| is_pinned(*own)).map(|own| self.of_all(own));
+        BodyTopology {
+            name: self.name.clone(),
+            first_particle: first,
+            particle_count: self.count() as u32,
+            triangles: self.triangles.iter().map(|t| t.map(|p| p + first)).collect(),
+            springs: self.springs.iter().map(|s| s.map(|p| p + first)).collect(),
+            pins: pins.collect(),
+            uv: self.uv.clone(),
+        }
+    }
+
+    /// Number among all particles of one of the cloth's, which is its own.
+    fn of_all(&self, own: u32) -> u32 {
+        self.first_particle + (own - self.own.start)
+    }
+}
+
+/// The bodies of a cloth, in the order of the setup. Others may stand between them.
+#[derive(Clone, Debug)]
+pub(super) struct Parts {
+    parts: Vec<Part>,
+    /// Their names, one after the other.
+    names: String,
+}
+
+impl Parts {
+    /// One body or more, whose particles in the cloth follow each other.
+    pub(super) fn new(parts: Vec<Part>) -> Self {
+        let names = parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ");
+        Self { parts, names }
+    }
+
+    /// What all of them together are called: the name of the body if there is one.
+    pub(super) fn names(&self) -> &str {
+        &self.names
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Part> {
+        self.parts.iter()
+    }
+
+    /// The body of that name, if it is one of them.
+    pub(super) fn named(&self, name: &str) -> Option<&Part> {
+        self.parts.iter().find(|part| part.name == name)
+    }
+
+    /// The names of the others.
+    pub(super) fn beside(&self, name: &str) -> Vec<String> {
+        self.parts.iter().map(|part| &part.name).filter(|other| *other != name).cloned().collect()
+    }
+
+    /// The body of a particle of the cloth.
+    pub(super) fn of(&self, own: u32) -> &Part {
+        &self.parts[self.parts.partition_point(|part| part.own.start <= own) - 1]
+    }
+
+    /// Number among all particles of one of the cloth's.
+    pub(super) fn of_all(&self, own: u32) -> u32 {
+        self.of(own).of_all(own)
+    }
+
+    /// Number in the cloth of a particle among all, if it is one of its own.
+    pub(super) fn own(&self, particle: u32) -> Option<u32> {
+        self.parts.iter().find_map(|part| {
+            let within = particle.checked_sub(part.first_particle)?;
+            (within < part.own.len() as u32).then(|| part.own.start + within)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cloth::{ClothSettings, Network};
+
+    #[test]
+    fn numbers_are_those_of_each_body_where_others_stand_between() {
+        let part = |name: &str, first_particle, own| {
+            let (network, settings) = (Network::default(), ClothSettings::default());
+            let setup = BodySetup { name: name.to_owned(), network, settings, forces: Vec::new() };
+            Part::new(&setup, first_particle, own, 0..0)
+        };
+        let parts = Parts::new(vec![part("one", 2, 0..3), part("other", 9, 3..5)]);
+        assert_eq!(parts.names(), "one, other");
+        assert_eq!([0, 2, 3, 4].map(|own| parts.of_all(own)), [2, 4, 9, 10]);
+        assert_eq!([2, 4, 9, 10].map(|particle| parts.own(particle)), [0, 2, 3, 4].map(Some));
+        assert_eq!([1, 5, 8, 11].map(|particle| parts.own(particle)), [None; 4]);
+        assert_eq!([2, 3].map(|own| parts.of(own).name.as_str()), ["one", "other"]);
+        assert_eq!(parts.beside("other"), ["one"]);
+        assert!(parts.named("third").is_none());
+    }
+}

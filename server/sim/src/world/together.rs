@@ -1,0 +1,104 @@
+//! Which bodies are stepped as one cloth: those with a thickness, which meet each other.
+
+use super::setup::{BodySetup, SetupError};
+use crate::{
+    cloth::{ClothSettings, Crossed, Joined, Network},
+    linalg::SolverSettings,
+};
+
+/// A body of a cloth, and its first particle among all.
+pub(super) type Member<'a> = (&'a BodySetup, u32);
+
+/// The cloths of a world, in the order of the first body of each.
+///
+/// # Errors
+/// The first body that cannot be stepped with another one, and why.
+pub(super) fn groups(bodies: &[BodySetup]) -> Result<Vec<Vec<Member<'_>>>, SetupError> {
+    let mut groups: Vec<Vec<Member<'_>>> = Vec::new();
+    let (mut thick, mut first_particle) = (None::<usize>, 0);
+    for body in bodies {
+        let is_thick = body.network.thickness > 0.0;
+        if let Some(place) = thick.filter(|_| is_thick) {
+            check_alike(groups[place][0].0, body)?;
+            groups[place].push((body, first_particle));
+        } else {
+            if is_thick {
+                thick = Some(groups.len());
+            }
+            groups.push(vec![(body, first_particle)]);
+        }
+        first_particle += body.network.x.len() as u32;
+    }
+    Ok(groups)
+}
+
+/// Refuses a body that has a thickness as another one has, if they are to be stepped in different ways.
+fn check_alike(one: &BodySetup, body: &BodySetup) -> Result<(), SetupError> {
+    let mut common = shared(one).into_iter().zip(shared(body));
+    let Some(((what, there), (_, here))) = common.find(|((_, there), (_, here))| there != here) else {
+        return Ok(());
+    };
+    let other = &one.name;
+    let message = format!(
+        "it has a thickness, as body '{other}' has, and its {what} is {here}, while that of '{other}' is {there}: bodies with a \
+         thickness meet each other, are stepped together, and need the same"
+    );
+    Err(SetupError::Body { body: body.name.clone(), message })
+}
+
+/// What bodies that are stepped together have in common.
+fn shared(body: &BodySetup) -> [(&'static str, String); 15] {
+    let Network { drag, air, .. } = &body.network;
+    let ClothSettings {
+        integrator,
+        minimizer,
+        hessian,
+        solver: SolverSettings { stop, preconditioner, operator, warm_start },
+        time_step,
+        tolerance,
+        on_pass,
+        contact,
+        limits,
+        block_size,
+    } = &body.settings;
+    [
+        ("drag", format!("{drag:?}")),
+        ("air", air.map_or_else(|| "none".to_owned(), |air| format!("{air:?}"))),
+        ("integrator", format!("{integrator:?}")),
+        ("minimizer", format!("{minimizer:?}")),
+        ("hessian", format!("{hessian:?}")),
+        ("stop of the solver", format!("{stop:?}")),
+        ("preconditioner", format!("{preconditioner:?}")),
+        ("operator", format!("{operator:?}")),
+        ("warm_start", format!("{warm_start:?}")),
+        ("time step", format!("{time_step:?}")),
+        ("tolerance", format!("{tolerance:?}")),
+        ("on_pass", format!("{on_pass:?}")),
+        ("contact", format!("{contact:?}")),
+        ("limits", format!("{limits:?}")),
+        ("block_size", format!("{block_size:?}")),
+    ]
+}
+
+/// Refuses surfaces with a thickness that cross themselves or each other at the start.
+pub(super) fn check_apart(group: &[Member<'_>], joined: &Joined<'_>) -> Result<(), SetupError> {
+    let crossed = if joined.whole.thickness > 0.0 { joined.whole.crossed() } else { None };
+    let Some(Crossed { count, edge: [p, q], triangle: [a, b, c] }) = crossed else { return Ok(()) };
+    for (body, _) in group {
+        if let Some(crossed) = body.network.crossed() {
+            let message =
+                format!("it has a thickness, and its surface crosses itself at the start: {crossed}");
+            return Err(SetupError::Body { body: body.name.clone(), message });
+        }
+    }
+
+    let [one, other] = [p, a].map(|particle| joined.part_of(particle));
+    let [p, q] = [p, q].map(|particle| particle - joined.particles(one).start);
+    let [a, b, c] = [a, b, c].map(|particle| particle - joined.particles(other).start);
+    let [one, other] = [one, other].map(|part| &group[part].0.name);
+    let message = format!(
+        "it has a thickness, and its surface crosses that of body '{other}', which has one too, at the start: its edge of \
+         particles {p} and {q} crosses the triangle of {a}, {b} and {c} there ({count} pairs of an edge and a triangle cross in all)"
+    );
+    Err(SetupError::Body { body: one.clone(), message })
+}
