@@ -88,11 +88,14 @@ fn bodies_have_the_bits_of_their_sheets_in_one_mesh() {
         let mut bodies =
             built(&of_bodies(&mesh, vec![("one", one, 2e-3), ("other", other, 2e-3)]), precision);
         let mut mesh = mesh.simulate(precision);
+        let mut most = 0;
         for step in 1..=60 {
             let reports = [advance(&mut bodies, 1), advance(&mut mesh, 1)];
             let [told, expected] = reports.map(|report| report.surface);
             assert_eq!(told, expected, "{precision}, step {step}");
+            most = told.map_or(0, |told| told.active).max(most);
         }
+        assert!(most > 10, "{precision}: {most} pairs pushed at most");
         assert!(positions(&bodies) == positions(&mesh), "{precision}: other positions");
         assert!(velocities(&bodies) == velocities(&mesh), "{precision}: other velocities");
     }
@@ -112,6 +115,20 @@ fn with_one_between() -> WorldSetup {
 
 /// The first particle of each body of that world, and one more.
 const FIRST: [usize; 4] = [0, 100, 125, 189];
+
+#[test]
+fn a_thick_body_does_not_make_more_pairs_in_a_thin_one() {
+    for precision in Precision::ALL {
+        let thin = Sheet { origin: [0.0, 1.0, 0.0], ..Sheet::upright(20, 0.005) }.network();
+        let thick = Sheet { origin: [1.0, 1.0, 0.0], ..Sheet::upright(3, 0.1) }.network();
+        let setup = of_bodies(&empty(0.3), vec![("thin", thin, 2e-3), ("thick", thick, 0.04)]);
+        let mut both = built(&setup, precision);
+        for _ in 0..5 {
+            let told = advance(&mut both, 1).surface.expect("they have a thickness");
+            assert_eq!(told.pairs, 0, "{precision}");
+        }
+    }
+}
 
 #[test]
 fn a_body_between_those_that_meet_keeps_its_numbers_and_so_do_they() {

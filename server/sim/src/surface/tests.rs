@@ -194,7 +194,8 @@ fn pairs_with_triangles_that_are_left_out_are_not_found() {
             PairKind::Edges => pair.corners.split_at(2),
         };
         // The triangle that counts a part is the first that has it.
-        let of = |part: &[u32]| faces.triangles().iter().find(|t| part.iter().all(|p| t.contains(p))).unwrap();
+        let of =
+            |part: &[u32]| faces.triangles().iter().find(|t| part.iter().all(|p| t.contains(p))).unwrap();
         of(first).iter().any(|corner| of(second).contains(corner))
     };
     let left: Vec<_> = every.iter().filter(|pair| !touch(pair)).copied().collect();

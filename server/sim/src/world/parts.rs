@@ -4,6 +4,9 @@ use std::ops::Range;
 
 use super::{setup::BodySetup, topology::BodyTopology};
 
+/// Bodies that a message names, at most.
+const NAMED: usize = 4;
+
 /// A body within a cloth.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
@@ -72,7 +75,7 @@ pub(super) struct Parts {
 impl Parts {
     /// One body or more, whose particles in the cloth follow each other.
     pub(super) fn new(parts: Vec<Part>) -> Self {
-        let names = parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ");
+        let names = list(parts.iter(), parts.len());
         Self { parts, names }
     }
 
@@ -90,9 +93,9 @@ impl Parts {
         self.parts.iter().find(|part| part.name == name)
     }
 
-    /// The names of the others.
-    pub(super) fn beside(&self, name: &str) -> Vec<String> {
-        self.parts.iter().map(|part| &part.name).filter(|other| *other != name).cloned().collect()
+    /// What the others are called; nothing where there are none.
+    pub(super) fn beside(&self, name: &str) -> String {
+        list(self.parts.iter().filter(|part| part.name != name), self.parts.len() - 1)
     }
 
     /// The body of a particle of the cloth.
@@ -114,6 +117,15 @@ impl Parts {
     }
 }
 
+/// The names of the first of so many bodies, and how many more there are.
+fn list<'a>(parts: impl Iterator<Item = &'a Part>, count: usize) -> String {
+    let names: Vec<&str> = parts.take(NAMED).map(|part| part.name.as_str()).collect();
+    match count.saturating_sub(NAMED) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names.join(", ")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,7 +144,13 @@ mod tests {
         assert_eq!([2, 4, 9, 10].map(|particle| parts.own(particle)), [0, 2, 3, 4].map(Some));
         assert_eq!([1, 5, 8, 11].map(|particle| parts.own(particle)), [None; 4]);
         assert_eq!([2, 3].map(|own| parts.of(own).name.as_str()), ["one", "other"]);
-        assert_eq!(parts.beside("other"), ["one"]);
+        assert_eq!(parts.beside("other"), "one");
         assert!(parts.named("third").is_none());
+        let parts = Parts::new(["a", "b", "c", "d", "e", "f"].map(|name| part(name, 0, 0..0)).into());
+        assert_eq!(parts.names(), "a, b, c, d and 2 more");
+        assert_eq!(
+            [parts.beside("a"), parts.beside("f")],
+            ["b, c, d, e and 1 more", "a, b, c, d and 1 more"]
+        );
     }
 }

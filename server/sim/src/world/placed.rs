@@ -3,7 +3,7 @@
 use super::{cloth::Cloth, forces::Forces};
 use crate::{
     cloth::{PinMotion, State},
-    math::{Padded, Real, vec3},
+    math::{Padded, Real, Sixteen, Vec3, vec3},
 };
 
 impl<R: Real> Cloth<R> {
@@ -40,18 +40,26 @@ impl<R: Real> Cloth<R> {
     pub(super) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
         let Self { parts, model, state, sent, work, .. } = self;
         let Some(part) = parts.named(name) else { return };
-        let State { mut x, mut v, mut motions, .. } = std::mem::take(state);
+        let State { mut x, mut v, mut motions, mut dv, gain, .. } = std::mem::take(state);
+        let mut others = State::default();
         for (place, own) in part.own.clone().enumerate() {
             let row = model.place[own as usize] as usize;
             x[row] = Padded::new(&vec3(positions[place]));
             let velocity = velocities.map_or([0.0; 3], |velocities| velocities[place]);
             let is_pinned = model.inv_m[row] == R::zero();
             v[row] = Padded::new(&vec3(if is_pinned { [0.0; 3] } else { velocity }));
+            if let Some(dv) = dv.get_mut(row / Sixteen::<R>::LANES) {
+                dv.set(row % Sixteen::<R>::LANES, Vec3::zeros());
+            }
         }
         let goes_on = |motion: &PinMotion| !part.own.contains(&model.user[motion.particle as usize]);
         motions.retain(goes_on);
         sent.retain(goes_on);
-        *state = State { x, v, motions, ..State::default() };
+        // What solves and contacts left of other bodies stays.
+        if parts.iter().nth(1).is_some() {
+            (others.dv, others.gain) = (dv, gain);
+        }
+        *state = State { x, v, motions, ..others };
         work.forget();
     }
 

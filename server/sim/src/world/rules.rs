@@ -47,8 +47,8 @@ struct ClothRules {
     /// Kinds of its springs.
     kinds: Vec<SpringKind>,
     feels_air: bool,
-    /// Names of those that it shares its air with.
-    beside: Vec<String>,
+    /// What those are called that it shares its air with.
+    beside: String,
 }
 
 impl ClothRules {
@@ -209,7 +209,7 @@ impl ChangeRules {
         match self.cloths.iter().find(|cloth| cloth.name == name) {
             Some(cloth) if cloth.feels_air && cloth.beside.is_empty() => Ok(()),
             Some(cloth) if cloth.feels_air => {
-                Err(ChangeError::SharedAir { body: name.into(), others: cloth.beside.join(", ") })
+                Err(ChangeError::SharedAir { body: name.into(), others: cloth.beside.clone() })
             }
             Some(_) => Err(ChangeError::NoAir { body: name.into() }),
             None if self.is_snow(name) => Err(ChangeError::NoAir { body: name.into() }),

@@ -1,7 +1,7 @@
 //! Looks for pairs of parts that could meet in a sub-step.
 
 use super::{
-    pair::{Activity, Pair, furthest, is_near, matters},
+    pair::{Activity, Pair, is_near, matters},
     ways::{Start, Ways, wide},
 };
 use crate::{
@@ -13,9 +13,6 @@ use crate::{
 
 /// Candidates that a thread looks at in one go.
 const GO: usize = 64;
-/// Share of the thickness by which a particle may end elsewhere than expected before pairs are looked for again. Half of it on both
-/// sides finds all that is nearer than the thickness at the start.
-const REACH: f64 = 0.5;
 
 /// Memory of the search, and the ways that it was made for.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +35,7 @@ impl Search {
         start: Start<'_, R>,
         pairs: &mut Vec<Pair>,
     ) -> Result<(), Crowded> {
-        self.ways.predict(model, start, REACH * surface.thickness);
+        self.ways.predict(model, surface, start);
         self.look(model, surface, start.v, pairs)
     }
 
@@ -76,12 +73,14 @@ impl Search {
         tree.refit(&|face| ways.around(&faces.triangles()[face]));
         let is_wanted = |kind: PairKind, corners: [u32; 4]| {
             let [at, expected] = ways.starts_and_expected(&corners);
-            is_near(kind, at, furthest(kind, &expected) + 2.0 * ways.reach)
+            is_near(kind, at, ways.room(kind, &corners, &expected))
                 && corners.iter().any(|corner| model.inv_m[*corner as usize] > R::zero())
         };
         let without = |face: usize| {
-            let [gap, travel] = surface.beside.apart(face, &faces.triangles()[face], ways.fields());
-            if matters(gap, travel + 2.0 * ways.reach) { &[] } else { surface.beside.triangles(face) }
+            let corners = &faces.triangles()[face];
+            let [gap, travel] = surface.beside.apart(face, corners, ways.fields());
+            let room = travel + 2.0 * ways.reach(corners[0]);
+            if matters(gap, room) { &[] } else { surface.beside.triangles(face) }
         };
         let wanted = Wanted { without: &without, is_wanted: &is_wanted };
         tree.candidates(faces, &wanted, &|part| ways.around(part), candidates)?;
@@ -95,7 +94,7 @@ impl Search {
                 let v = corners.map(|corner| wide(&v[corner as usize]));
                 let free = corners.map(|corner| ways.free(corner));
                 let [at, expected] = ways.starts_and_expected(&corners);
-                let room = furthest(candidate.kind, &expected) + 2.0 * ways.reach;
+                let room = ways.room(candidate.kind, &corners, &expected);
                 *looked = Pair::near(surface, *candidate, at, inv_m, (free, v), room);
             }
         });

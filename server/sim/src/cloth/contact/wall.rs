@@ -70,7 +70,7 @@ impl Wall {
                 let (distance, normal) = collider.distance(array3(&at), end - dt);
                 let gap = distance - collider.margin;
                 let velocity = vec3(collider.velocity_at(array3(&at), end - dt));
-                let room = (expected - velocity * dt).norm() + ways.reach;
+                let room = (expected - velocity * dt).norm() + ways.reach(row as u32);
                 if gap > room {
                     continue;
                 }

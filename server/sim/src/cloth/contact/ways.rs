@@ -1,10 +1,18 @@
-//! Where particles would go in a sub-step without forces, where they are expected, and boxes about their ways.
+//! Where particles would go freely in a sub-step, where they are expected, and boxes about their ways.
 
+use super::pair::furthest;
 use crate::{
-    cloth::layout::Model,
+    cloth::layout::{Model, Surface},
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{per_row, per_row_mut},
+    surface::PairKind,
 };
+
+/// Share of the thickness by which a particle may end elsewhere than expected before pairs are looked for again. Half of it on both
+/// sides finds all that is nearer than the thickness at the start.
+const REACH: f64 = 0.5;
+/// Share of the reach beyond which a particle has left: parts whose boxes do not meet stay apart by what is left of it.
+const WITHIN: f64 = 0.999;
 
 /// The box about a way: its least and its greatest corner (m).
 pub(crate) type WayBox = [[f64; 3]; 2];
@@ -20,8 +28,8 @@ pub(crate) struct Ways {
     expected: Vec<Vec3<f64>>,
     /// The box about each way to where it is expected, wider by the reach on each side.
     boxes: Vec<WayBox>,
-    /// How far (m) from there a particle may end.
-    pub(crate) reach: f64,
+    /// How far (m) from there each particle may end.
+    reaches: Vec<f64>,
 }
 
 /// Positions and velocities at the start of a sub-step, the changes of velocity of the one before, or none, its length (s), and gravity (m/s²).
@@ -36,9 +44,12 @@ pub(crate) struct Start<'a, R: Real> {
 
 impl Ways {
     /// Ways without forces, x to x + h v + h² g, pins without gravity; and those that are expected, x to x + h (v + dv).
-    pub(crate) fn predict<R: Real>(&mut self, model: &Model<R>, start: Start<'_, R>, reach: f64) {
+    pub(crate) fn predict<R: Real>(&mut self, model: &Model<R>, surface: &Surface, start: Start<'_, R>) {
         let Start { dt, gravity, dv, .. } = start;
-        self.go(model, start.x, reach, &|row, _| {
+        self.reaches.clear();
+        let reach_of = |row| REACH * surface.thickness_of(row as u32);
+        self.reaches.extend((0..model.count).map(reach_of));
+        self.go(model, start.x, &|row, _| {
             let v = wide(&start.v[row]);
             let fall = if model.inv_m[row] > R::zero() { gravity * dt } else { Vec3::zeros() };
             let change = match dv.get(row / Sixteen::<R>::LANES) {
@@ -51,8 +62,7 @@ impl Ways {
 
     /// Ways to where a solve led.
     pub(crate) fn follow<R: Real>(&mut self, model: &Model<R>, from: &[Padded<R>], to: &[Padded<R>]) {
-        let reach = self.reach;
-        self.go(model, from, reach, &|row, start| [wide(&to[row]) - start; 2]);
+        self.go(model, from, &|row, start| [wide(&to[row]) - start; 2]);
     }
 
     /// `way` gives the two ways (m) of a particle, from its row and where it begins.
@@ -60,17 +70,16 @@ impl Ways {
         &mut self,
         model: &Model<R>,
         from: &[Padded<R>],
-        reach: f64,
         way: &(dyn Fn(usize, &Vec3<f64>) -> [Vec3<f64>; 2] + Sync),
     ) {
-        self.reach = reach;
         for field in [&mut self.starts, &mut self.free, &mut self.expected] {
             field.resize(model.count, Vec3::zeros());
         }
         self.boxes.resize(model.count, WayBox::default());
         let ways = [&mut self.starts, &mut self.free, &mut self.expected].map(|field| per_row_mut(field));
-        let fields = (ways, per_row_mut(&mut self.boxes), per_row(from));
-        model.share.own().each(fields, |block, ([starts, free, expected], boxes, from)| {
+        let given = (per_row(from), per_row(&self.reaches));
+        let fields = (ways, per_row_mut(&mut self.boxes), given);
+        model.share.own().each(fields, |block, ([starts, free, expected], boxes, (from, reaches))| {
             let first = block * model.block_size;
             for row in 0..boxes.len() {
                 let x = wide(&from[row]);
@@ -78,8 +87,8 @@ impl Ways {
                 (starts[row], free[row], expected[row]) = (x, freely, expectedly);
                 let to = x + expectedly;
                 for c in 0..3 {
-                    boxes[row][0][c] = x[c].min(to[c]) - reach;
-                    boxes[row][1][c] = x[c].max(to[c]) + reach;
+                    boxes[row][0][c] = x[c].min(to[c]) - reaches[row];
+                    boxes[row][1][c] = x[c].max(to[c]) + reaches[row];
                 }
             }
         });
@@ -110,6 +119,20 @@ impl Ways {
         self.expected[particle as usize]
     }
 
+    /// How far (m) from where it is expected a particle may end.
+    #[inline]
+    pub(crate) fn reach(&self, particle: u32) -> f64 {
+        self.reaches[particle as usize]
+    }
+
+    /// By how much (m) a pair of parts may come nearer: what a corner of one goes beside one of the other, given what is expected of them (m), and how
+    /// far both may end from there.
+    #[inline(always)]
+    pub(crate) fn room(&self, kind: PairKind, corners: &[u32; 4], expected: &[Vec3<f64>; 4]) -> f64 {
+        // Each part is of one sheet.
+        furthest(kind, expected) + (self.reach(corners[0]) + self.reach(corners[3]))
+    }
+
     /// Where all begin, and the ways that are expected of them (m).
     pub(crate) fn fields(&self) -> [&[Vec3<f64>]; 2] {
         [&self.starts, &self.expected]
@@ -125,13 +148,12 @@ impl Ways {
 
     /// The first particle that ended farther from the end of its way than pairs were looked for, if any did.
     pub(crate) fn left<R: Real>(&self, ends: &[Padded<R>]) -> Option<u32> {
-        let square = self.reach * self.reach;
-        let ways = self.starts.iter().zip(&self.expected);
-        // What is not a number has left.
-        let has_stayed = |((x, way), end): ((&Vec3<f64>, &Vec3<f64>), &Padded<R>)| {
-            (wide(end) - (x + way)).norm_squared() <= square
+        let has_stayed = |(row, end): (usize, &Padded<R>)| {
+            let reach = WITHIN * self.reaches[row];
+            (wide(end) - (self.starts[row] + self.expected[row])).norm_squared() <= reach * reach
         };
-        let left = ways.zip(ends).position(|way_and_end| !has_stayed(way_and_end));
+        // What is not a number has left.
+        let left = ends.iter().enumerate().position(|row_and_end| !has_stayed(row_and_end));
         left.map(|particle| particle as u32)
     }
 }
