@@ -1,6 +1,7 @@
 //! Cloth that keeps its surfaces apart: no edge crosses a triangle after any step, whatever the cloth does.
 
 mod starts;
+mod few;
 mod folded;
 mod twisted;
 mod stacked;

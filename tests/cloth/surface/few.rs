@@ -1,0 +1,143 @@
+//! A few particles, which one rule each of the contact of cloth keeps where they belong.
+
+use nappe_sim::{
+    cloth::Network,
+    linalg::Stop,
+    math::Precision,
+    world::Change,
+};
+use nappe_tests::{
+    Scene,
+    networks::{particles, spring},
+    scene::{advance, positions, try_advance},
+    sheets::{Sheet, together},
+    surface::{DT, scene},
+};
+
+/// What surfaces keep (m).
+const THICKNESS: f64 = 2e-3;
+
+/// A scene without gravity and friction.
+fn weightless(network: Network) -> Scene {
+    scene(network, THICKNESS, 0.0).under([0.0; 3])
+}
+
+/// A triangle of particles of 0.1 g that no spring joins.
+fn triangle(corners: [[f64; 3]; 3]) -> Network {
+    Network { triangles: vec![[0, 1, 2]], ..particles(&corners, 1e-4) }
+}
+
+/// The same with all particles pinned.
+fn pinned(mut network: Network) -> Network {
+    network.pins = (0..network.x.len() as u32).collect();
+    network
+}
+
+/// A level triangle at a height (m) over the middle of a level sheet of pins, its particles the first three; all is so far (m)
+/// from the origin.
+fn over_pins(height: f64, away: f64) -> Network {
+    let corners = [[-0.013, -0.011], [0.018, -0.009], [0.001, 0.019]];
+    let upper = triangle(corners.map(|[x, z]| [away + x, height, z]));
+    together(&[upper, pinned(Sheet::level(8, 0.02, [away, 0.0, 0.0], 0.0).network())])
+}
+
+#[test]
+fn what_rounding_cannot_tell_apart_is_refused_before_it_moves() {
+    // A kilometre away 64 roundings are 3.8 mm in binary32, and nothing in binary64.
+    for (precision, is_told) in [(Precision::F32, false), (Precision::F64, true)] {
+        let mut simulation = weightless(over_pins(1.5e-3, 1e3)).simulate(precision);
+        let before = positions(&simulation);
+        match try_advance(&mut simulation, 1) {
+            Ok(_) => assert!(is_told, "{precision}: it is nearer than that"),
+            Err(error) => {
+                assert!(!is_told && error.failure.reason() == "CONTACT", "{precision}: {error}");
+                assert_eq!(positions(&simulation), before, "{precision}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_springs_pull_where_no_pair_was_looked_for_does_not_pass_a_sheet() {
+    // It stands, so that nothing is near its expected way; the springs lead 19 mm down within a step.
+    let mut network = over_pins(5e-3, 0.0);
+    let first = network.x.len() as u32;
+    let anchors: Vec<[f64; 3]> = network.x[..3].iter().map(|[x, _, z]| [*x, -0.02, *z]).collect();
+    network = together(&[network, pinned(particles(&anchors, 1e-4))]);
+    network.springs.extend((0..3).map(|i| spring([i, first + i], 1e-3, 16.0, 0.0)));
+    let scene = weightless(network);
+    for precision in Precision::ALL {
+        let mut simulation = scene.simulate(precision);
+        for step in 1..=10 {
+            advance(&mut simulation, 1);
+            let x = positions(&simulation);
+            assert!(x[..3].iter().all(|x| x[1] > 0.0), "{precision}, step {step}: {:?}", &x[..3]);
+        }
+    }
+}
+
+#[test]
+fn a_corner_that_folds_onto_the_triangle_beside_it_does_not_pass_it() {
+    let spacing = 0.02;
+    let corners = [[0.0; 3], [spacing, 0.0, 0.0], [0.0, 0.0, spacing], [spacing, 0.0, spacing]];
+    let mut flat = particles(&corners, 1e-4);
+    flat.triangles = vec![[0, 1, 2], [1, 3, 2]];
+    flat.pins = vec![1, 2, 3];
+    let scene = weightless(flat.clone());
+    let mut folded = flat.x;
+    folded[0] = [0.8 * spacing, 3e-3, 0.8 * spacing];
+    let mut v = vec![[0.0; 3]; 4];
+    // As slowly as this no corner goes farther beside another than triangles lie apart on a flat sheet.
+    v[0] = [0.0, -0.3, 0.0];
+    for precision in Precision::ALL {
+        let mut simulation = scene.simulate(precision);
+        let state = Change::State {
+            body: "body".to_owned(),
+            positions: folded.clone().into(),
+            velocities: Some(v.clone().into()),
+        };
+        simulation.apply(&[state]).expect("a fair state");
+        for step in 1..=10 {
+            advance(&mut simulation, 1);
+            let height = positions(&simulation)[0][1];
+            assert!(height > 0.5 * THICKNESS, "{precision}, step {step}: {height} m");
+        }
+    }
+}
+
+/// A pinned triangle with one corner at a place (m) over a level one, or below it, and its others 3 cm farther away.
+fn spike([x, y, z]: [f64; 3]) -> Network {
+    let far = y + 0.03 * y.signum();
+    pinned(triangle([[x, y, z], [x - 4e-3, far, z], [x + 4e-3, far, z]]))
+}
+
+#[test]
+fn a_pair_that_was_dropped_and_pushes_again_is_not_dropped_a_second_time() {
+    let side = 0.06;
+    let mut plate = triangle([[0.0; 3], [side, 0.0, 0.0], [0.0, 0.0, side]]);
+    plate.masses = vec![2e-3, 1e-4, 5e-4];
+    // Ways of a step, and gaps, as shares of the thickness.
+    for (v, share) in plate.v.iter_mut().zip([0.4, -0.1, -0.1]) {
+        v[1] = share * THICKNESS / DT;
+    }
+    let mut parts = vec![plate];
+    let spikes = [([0.7, 0.15], 0.95), ([0.3, 0.4], 0.8), ([0.15, 0.6], -0.8), ([0.15, 0.35], 0.9)];
+    for ([along, across], gap) in spikes {
+        parts.push(spike([along * side, gap * THICKNESS, across * side]));
+    }
+    let mut scene = weightless(together(&parts));
+    scene.settings.solver.stop = Stop::Residual { tolerance: 1e-13, max_iterations: 3000 };
+
+    // The second spike is dropped after the first solve, falls short in the second one, and pulls a little in the third.
+    // If it were dropped again the plate would turn onto it.
+    let mut simulation = scene.simulate(Precision::F64);
+    let report = advance(&mut simulation, 1);
+    let told = report.surface.expect("it has a thickness");
+    assert_eq!([told.pairs, told.active, u64::from(told.rounds)], [4, 3, 3], "{told:?}");
+    assert_eq!(report.cloth.expect("there is cloth").rejected, 0);
+    let x = positions(&simulation);
+    for (x, share) in x.iter().zip([0.0306, -0.1895, 0.0497]) {
+        let way = share * THICKNESS;
+        assert!((x[1] - way).abs() < 1e-3 * THICKNESS, "{x:?}, not {way} m up");
+    }
+}
