@@ -1,11 +1,6 @@
 //! A few particles, which one rule each of the contact of cloth keeps where they belong.
 
-use nappe_sim::{
-    cloth::Network,
-    linalg::Stop,
-    math::Precision,
-    world::Change,
-};
+use nappe_sim::{cloth::Network, linalg::Stop, math::Precision, world::Change};
 use nappe_tests::{
     Scene,
     networks::{particles, spring},
