@@ -183,4 +183,14 @@ impl SolveReport {
             ..worse
         }
     }
+
+    /// The same with the iterations and products of another solve, of which no more counts.
+    #[must_use]
+    pub(crate) fn beside(self, other: Self) -> Self {
+        Self {
+            iterations: self.iterations.saturating_add(other.iterations),
+            products: self.products.saturating_add(other.products),
+            ..self
+        }
+    }
 }

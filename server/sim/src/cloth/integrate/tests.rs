@@ -2,8 +2,8 @@
 
 use super::{
     iterate::Start,
+    mix::Mix,
     newton::{Search, Tried},
-    solve::At,
     update::Step,
 };
 use crate::{
@@ -56,12 +56,17 @@ fn what_is_minimised_falls_from_iterate_to_iterate_also_of_damped_cloth() {
             let Workspace { next, inertias, numbers, .. } = &mut work;
             Start::new(&model, &state, numbers).predict([&mut next.x, &mut next.v], inertias);
             let mut step = Step { model: &model, state: &state, work: &mut work, watch: &mut NoStopwatch };
-            let mut search =
-                Search { step: &mut step, settings: &settings, interrupt: &interrupt, report: None };
+            let mut search = Search {
+                step: &mut step,
+                settings: &settings,
+                interrupt: &interrupt,
+                report: None,
+                mix: Mix::EXACT,
+            };
             let mut now = search.evaluate(Tried::Next);
             let (mut iterates, mut rises, mut is_done) = (0, 0, false);
             while iterates < 50 && !is_done {
-                search.step.solve(At::Iterate, &settings, &interrupt);
+                search.solve();
                 let new = search.search(&now).expect("a change that is downhill");
                 is_done = new.is_none();
                 if let Some(new) = new {
