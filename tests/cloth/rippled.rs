@@ -14,19 +14,18 @@ use nappe_tests::{
     scene::{advance, positions},
 };
 
-/// Takes steps of a rippled sheet of `grid` particles, each of which must converge in so many iterates.
+/// A rippled sheet of `grid` particles, whose body has further keys.
 ///
 /// # Panics
-/// When one does not.
-pub(crate) fn a_rippled_sheet_converges([columns, rows]: [u32; 2], steps: u64, iterates: u32) {
+/// When one of them is bad.
+pub(crate) fn rippled([columns, rows]: [u32; 2], keys: &str) -> Simulation {
     let text = format!(
         r#"
         version = 1
         dt = 0.016666666
         [[body]]
         name = "a"
-        minimizer = "newton"
-        newton_iterations = {iterates}
+        {keys}
         mesh = {{ grid = [{columns}, {rows}], spacing = 0.008, plane = "upright", ripple = 0.002 }}
         mass = {{ density = 0.15 }}
         pins = ["top_left", "top_right"]
@@ -35,7 +34,16 @@ pub(crate) fn a_rippled_sheet_converges([columns, rows]: [u32; 2], steps: u64, i
     );
     let scene = SceneText::parse(&text, "rippled").unwrap_or_else(|error| panic!("{error}"));
     let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
-    let (mut simulation, _) = Simulation::new(&built.setup, Precision::F64).expect("a good scene");
+    Simulation::new(&built.setup, Precision::F64).expect("a good scene").0
+}
+
+/// Takes steps of a rippled sheet of `grid` particles, each of which must converge in so many iterates.
+///
+/// # Panics
+/// When one does not.
+pub(crate) fn a_rippled_sheet_converges(grid: [u32; 2], steps: u64, iterates: u32) {
+    let mut simulation =
+        rippled(grid, &format!("minimizer = \"newton\"\nnewton_iterations = {iterates}"));
     for step in 1..=steps {
         let report = advance(&mut simulation, 1);
         let solve = report.solve.expect("an implicit step");

@@ -257,6 +257,8 @@ impl<R: Real> Search<'_, '_, R> {
             return report;
         }
         let relative_residual = (last.leftover.square / first.leftover.square).sqrt();
-        SolveReport { outcome, relative_residual, ..report }
+        // Where iterates end at their cap, what the last change lowered is about what is left.
+        let residual = (2.0 * self.step.work.cg.descent()).max(0.0).sqrt();
+        SolveReport { outcome, relative_residual, residual, ..report }
     }
 }
