@@ -32,6 +32,7 @@ mod bodies;
 mod scenes;
 mod shipped;
 mod steps;
+mod rippled;
 mod newton;
 mod vertex_block_descent;
 mod odd_networks;

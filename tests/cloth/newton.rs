@@ -11,6 +11,8 @@ use nappe_tests::{
     scene::{advance, positions},
 };
 
+use crate::rippled::{a_rippled_sheet_converges, a_squeezed_sheet_buckles};
+
 /// Two springs in line between held ends, pressed to 0.8 of their length.
 const HALF_WIDTH: f64 = 0.8;
 
@@ -70,4 +72,14 @@ fn slow_motion_is_not_taken_for_none() {
     let (exact, found) = (run(Minimizer::OneStep), run(Minimizer::Newton(NewtonSettings::default())));
     assert!(exact.abs() < 0.99e-6, "it moves: {exact:e} m");
     assert!((found / exact - 1.0).abs() < 1e-6, "{found:e} m, not {exact:e}");
+}
+
+#[test]
+fn a_step_of_a_rippled_sheet_ends_after_some_iterates() {
+    a_rippled_sheet_converges([75, 65], 2, 15);
+}
+
+#[test]
+fn a_sheet_buckles_in_waves_as_long_as_itself() {
+    a_squeezed_sheet_buckles(48, 0.01);
 }

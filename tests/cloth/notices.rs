@@ -14,8 +14,10 @@ use nappe_sim::{
 use nappe_tests::{
     Method, Scene,
     networks::{particles, sheet, sheet_rules},
-    scene::{advance, positions, try_advance},
+    scene::{advance, max_distance, positions, try_advance},
 };
+
+use crate::rippled::rippled;
 
 /// A table whose top is 10 cm thick, at y = 0.
 fn table() -> Collider {
@@ -174,6 +176,28 @@ fn solves_at_their_cap_are_counted_over_sub_steps_and_fixed_numbers_of_iteration
     let capped = notices(Stop::Residual { tolerance: 1e-10, max_iterations: 3 });
     assert_eq!(capped, Notices { capped_solves: 4, ..Notices::default() });
     assert_eq!(notices(Stop::Iterations(3)), Notices::default());
+}
+
+#[test]
+fn a_solve_that_ends_at_its_cap_tells_how_far_it_is_in_metres() {
+    let step = |stop: &str| {
+        let mut simulation = rippled([75, 65], &format!("unchecked = true\nsolver = {{ {stop} }}"));
+        let report = advance(&mut simulation, 1);
+        (positions(&simulation), report.cloth.expect("a cloth").error, report.notices.capped_solves)
+    };
+    let (exact, error, _) = step("tolerance = 1e-9, max_iterations = 10000");
+    assert_eq!(error.of_solve, 0.0);
+    for cap in [50, 200, 400] {
+        let (capped, of_capped, count) = step(&format!("max_iterations = {cap}"));
+        let far = max_distance(&exact, &capped);
+        let told = of_capped.of_solve;
+        assert_eq!(count, 1, "{cap}");
+        assert!(0.3 * far < told && told < 10.0 * far, "{cap}: {told} m, and {far} m");
+        assert!(of_capped.largest >= told, "{cap}: the estimate of the step counts it");
+        assert!(of_capped.rms > 0.99 * error.rms, "{cap}");
+    }
+    // Cut on purpose.
+    assert_eq!(step("fixed_iterations = 50").1.of_solve, 0.0);
 }
 
 #[test]

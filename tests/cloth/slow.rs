@@ -5,12 +5,14 @@ mod scenes;
 mod bounces;
 mod animals;
 mod surface_slow;
+mod rippled;
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};
 use nappe_tests::threads::with_threads;
 
 use crate::bounces::bounces_fall_by_the_square_of_their_restitution;
+use crate::rippled::{a_rippled_sheet_converges, a_squeezed_sheet_buckles};
 use crate::scenes::scenes_run_keep_their_pins_and_gain_no_energy;
 
 #[test]
@@ -49,4 +51,14 @@ fn bounces_of_100_seconds_fall_by_the_square_of_their_restitution_and_come_to_re
     for dt in [0.01, 0.005, 0.001] {
         bounces_fall_by_the_square_of_their_restitution(dt, 100.0);
     }
+}
+
+#[test]
+fn newtons_method_ends_in_every_step_of_a_rippled_sheet() {
+    a_rippled_sheet_converges([150, 130], 8, 25);
+}
+
+#[test]
+fn a_large_sheet_buckles_in_waves_as_long_as_itself() {
+    a_squeezed_sheet_buckles(120, 0.07);
 }

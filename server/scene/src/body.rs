@@ -346,10 +346,10 @@ pub struct ForceText {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Solver {
-    /// The relative residual at which it stops; none: 1e-4, unless `fixed_iterations` is given.
+    /// The relative residual at which it stops; none: 1e-4, 0.01 with Newton's method, unless `fixed_iterations` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// The most iterations that it makes; none: 200, unless `fixed_iterations` is given.
+    /// The most iterations that it makes; none: 200, 2000 with Newton's method, unless `fixed_iterations` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_iterations: Option<u32>,
     /// Makes exactly so many iterations; none: stops by its residual.

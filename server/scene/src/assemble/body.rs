@@ -284,6 +284,7 @@ fn law(law: SpringLaw) -> cloth::SpringLaw {
 fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
     let body = text.body;
     let solver = text.at.key("solver");
+    let minimizer = minimizer(text)?;
     let stop = match (body.solver.fixed_iterations, body.solver.tolerance, body.solver.max_iterations) {
         (Some(count), None, None) => Stop::Iterations(count),
         (Some(_), Some(_), _) => {
@@ -293,8 +294,7 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
             return solver.key("max_iterations").inconsistent("does not go with fixed_iterations");
         }
         (None, tolerance, cap) => {
-            let Stop::Residual { tolerance: default_tolerance, max_iterations } =
-                SolverSettings::default().stop
+            let Stop::Residual { tolerance: default_tolerance, max_iterations } = minimizer.default_stop()
             else {
                 return solver.inconsistent("has no default tolerance");
             };
@@ -312,7 +312,7 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
 
     Ok(ClothSettings {
         integrator: body.integrator,
-        minimizer: minimizer(text)?,
+        minimizer,
         hessian: body.hessian,
         solver: SolverSettings {
             stop,

@@ -7,14 +7,17 @@ use super::{
     integrate,
     judge::{After, Before, accept, cause, fastest, gain_limit, gained, judge, owed, risen_most, start_of},
     layout::{Model, Parameters},
-    settings::{ClothSettings, Integrator, OnPass, Purpose, SurfaceCheck},
+    settings::{ClothSettings, Integrator, OnPass, Purpose, Scheme, SurfaceCheck},
     state::{Allowance, ClothReport, Judged, State},
 };
 use crate::{
     collide::{Contacts, Met, Passed, resolve},
-    linalg::SolveReport,
+    linalg::{Outcome, SolveReport, Stop},
     math::Real,
-    report::{BoundKind, Diagnostics, Load, Stage, StepFailure, Stopwatch, SurfaceReport, TimeBound, Work},
+    report::{
+        BoundKind, Diagnostics, ErrorEstimate, Load, Stage, StepFailure, Stopwatch, SurfaceReport, TimeBound,
+        Work,
+    },
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -192,6 +195,9 @@ impl<R: Real> Stepping<'_, R> {
         let ClothReport { error, notices, .. } = &mut work.tried;
         if let Some(solve) = &solve {
             notices.count(solve.outcome, settings.stop());
+            if matches!((solve.outcome, settings.stop()), (Outcome::IterationCap, Stop::Residual { .. })) {
+                *error = with_solve(*error, model, &work.numbers.scheme, solve.residual);
+            }
         }
         if let Some(limit) = settings.tolerance.filter(|limit| error.largest > *limit) {
             let (value, particle) = (error.largest, fastest(model, &work.next));
@@ -348,4 +354,17 @@ impl<R: Real> Workspace<R> {
         let with = |solve: SolveReport| report.solve.map_or(solve, |others| others.and(solve));
         report.solve = solve.map(with);
     }
+}
+
+/// An estimate that counts what is left over of a solve that ended at its cap: the square of the residual in the norm of the
+/// preconditioner is an energy (J), and that of all particles is about what the one has that is furthest off.
+fn with_solve<R: Real>(
+    error: ErrorEstimate,
+    model: &Model<R>,
+    scheme: &Scheme,
+    residual: f64,
+) -> ErrorEstimate {
+    let rms = scheme.h * scheme.beyond * residual / model.free_mass.sqrt();
+    let of_solve = rms * (model.free_count as f64).sqrt();
+    ErrorEstimate { rms: error.rms + rms, largest: error.largest + of_solve, of_solve }
 }

@@ -141,7 +141,8 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
             End::Singular | End::Goal => {}
         }
     };
-    SolveReport { iterations, products: solve.products, ..SolveReport::at_once(outcome, residual / scale) }
+    let products = solve.products;
+    SolveReport { iterations, products, residual, ..SolveReport::at_once(outcome, residual / scale) }
 }
 
 /// How a run of iterations ended.

@@ -161,6 +161,9 @@ pub struct SolveReport {
     /// |r| / |b| of the solution returned (0 when b = 0), in the norm in which [`Stop::Residual`] measures. Where a
     /// solve converged, it was computed from the solution. NaN where nothing was solved.
     pub relative_residual: f64,
+    /// |r| of the solution returned, in the same norm; 0 where nothing was solved. Of a cloth, whose solution is a change of
+    /// velocities, its square is an energy (J).
+    pub residual: f64,
     /// Approximate inverse that residuals were multiplied by, of solves of cloth; never [`PreconditionerKind::Auto`].
     pub preconditioner: Option<PreconditionerKind>,
 }
@@ -168,7 +171,7 @@ pub struct SolveReport {
 impl SolveReport {
     /// Of a solve that ended before its first iteration.
     pub(crate) const fn at_once(outcome: Outcome, relative_residual: f64) -> Self {
-        Self { outcome, iterations: 0, products: 0, relative_residual, preconditioner: None }
+        Self { outcome, iterations: 0, products: 0, relative_residual, residual: 0.0, preconditioner: None }
     }
 
     /// The one of two solves with the larger residual, the later of equal ones; with the iterations and products of
@@ -181,6 +184,16 @@ impl SolveReport {
             iterations: self.iterations.saturating_add(later.iterations),
             products: self.products.saturating_add(later.products),
             ..worse
+        }
+    }
+
+    /// The same with the iterations and products of another solve, of which no more counts.
+    #[must_use]
+    pub(crate) fn beside(self, other: Self) -> Self {
+        Self {
+            iterations: self.iterations.saturating_add(other.iterations),
+            products: self.products.saturating_add(other.products),
+            ..self
         }
     }
 }

@@ -52,7 +52,7 @@ pub(crate) fn solve<R: Real>(
         PreconditionerKind::TwoLevel => {
             let (layout, matrix) = coarse.expect("laid out for these settings");
             let report = run(&TwoLevel::new(inverse, layout, matrix));
-            if is_unfit(report.outcome) { again(report, run(&jacobi)) } else { report }
+            if is_unfit(report.outcome) { run(&jacobi).beside(report) } else { report }
         }
     };
     SolveReport { preconditioner: Some(settings.preconditioner), ..report }
@@ -61,11 +61,4 @@ pub(crate) fn solve<R: Real>(
 /// Whether a preconditioner with a coarse space failed.
 fn is_unfit(outcome: Outcome) -> bool {
     matches!(outcome, Outcome::IndefinitePreconditioner { .. } | Outcome::NotFinite { iteration: 0 })
-}
-
-/// What two solves of one system tell, the second of which counts.
-fn again(first: SolveReport, second: SolveReport) -> SolveReport {
-    let iterations = first.iterations.saturating_add(second.iterations);
-    let products = first.products.saturating_add(second.products);
-    SolveReport { iterations, products, ..second }
 }

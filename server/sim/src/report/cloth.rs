@@ -15,13 +15,20 @@ pub struct ErrorEstimate {
     pub rms: f64,
     /// Largest (m).
     pub largest: f64,
+    /// What both count of linear solves that ended at their iteration cap, above their tolerance: about how far the particle
+    /// is off that is furthest off (m).
+    pub of_solve: f64,
 }
 
 impl ErrorEstimate {
     /// The greater of both, one by one.
     #[must_use]
     pub(crate) fn max(self, other: Self) -> Self {
-        Self { rms: self.rms.max(other.rms), largest: self.largest.max(other.largest) }
+        Self {
+            rms: self.rms.max(other.rms),
+            largest: self.largest.max(other.largest),
+            of_solve: self.of_solve.max(other.of_solve),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ mod air;
 mod figures;
 mod spring_sums;
 mod evaluation;
+mod freeze;
 mod step_matrix;
 mod moved;
 mod iterate_sums;

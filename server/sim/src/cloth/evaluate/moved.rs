@@ -64,7 +64,7 @@ impl Motion {
     pub(crate) fn of(share: &Share, blocks: &[Moved], free_count: usize, scale: f64) -> Self {
         let Moved { error, change, own, along, external, largest } = Moved::of_all(share, blocks);
         let rms = scale * (error / free_count.max(1) as f64).sqrt();
-        let error = ErrorEstimate { rms, largest: scale * largest.sqrt() };
+        let error = ErrorEstimate { rms, largest: scale * largest.sqrt(), of_solve: 0.0 };
         Self { error, change: 0.5 * change, own, along, external }
     }
 }

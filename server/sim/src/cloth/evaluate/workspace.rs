@@ -15,7 +15,7 @@ use crate::{
         state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
     },
     collide,
-    linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
+    linalg::{BlockCsr, CgWorkspace, CoarseMatrix},
     math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
     parallel::{block_count, per_sixteen_mut, size},
 };
@@ -92,8 +92,6 @@ pub struct Workspace<R: Real> {
     pub(crate) swept: [Vec<Padded<R>>; 2],
     /// Of sweeps: by how much each component moves as a whole (m/s).
     pub(crate) shifts: Vec<Vec3<R>>,
-    /// The inverse diagonal blocks of another evaluation of the same state.
-    pub(crate) other_inverse: Vec<Inverse3>,
     /// The matrix of an implicit step, where the solver asks for an assembled one.
     pub(crate) assembled: Option<BlockCsr<R>>,
     /// Of a preconditioner that has a coarse space.

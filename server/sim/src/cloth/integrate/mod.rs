@@ -9,6 +9,7 @@ mod explicit_euler;
 mod symplectic_euler;
 mod velocity_verlet;
 mod common_part;
+mod mix;
 mod solve;
 mod iterate;
 mod one_step;

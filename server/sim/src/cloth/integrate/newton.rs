@@ -1,11 +1,16 @@
 //! Newton's method for the minimisation of an implicit step: linear solves from iterate to iterate, each with a line
 //! search on what is minimised, until forces and inertia are in balance.
 //!
+//! Solves are made with the exact tangent, as far as it is positive definite: the absolute one, which a single solve per step
+//! needs, leads to the minimum in small steps where springs are compressed. It preconditions, and as much of it is added to
+//! the exact one as a solve asks for.
+//!
 //! A balance may be a saddle: a flat sheet under compression is one. So the exact tangent is searched for a direction of
 //! negative curvature at the end, and followed where there is one (Nocedal and Wright, Numerical Optimization, ch. 3.4).
 
 use super::{
     iterate::Start,
+    mix::Mix,
     solve::{At, check},
     update::Step,
 };
@@ -71,7 +76,7 @@ pub(super) fn advance<R: Real>(
     let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], inertias);
     step.watch.lap(Stage::Position);
 
-    let mut search = Search { step, settings, interrupt, report: None };
+    let mut search = Search { step, settings, interrupt, report: None, mix: Mix::EXACT };
     let first = search.evaluate(Tried::Next);
     let (mut last, mut is_done) = search.run(first, &newton)?;
     if let Minimizer::Newton(_) = settings.minimizer {
@@ -119,6 +124,8 @@ pub(super) struct Search<'s, 'a, R: Real> {
     pub(super) interrupt: &'s Interrupt,
     /// The linear solves so far.
     pub(super) report: Option<SolveReport>,
+    /// The tangent of the last one, where tangents are mixed.
+    pub(super) mix: Mix,
 }
 
 impl<R: Real> Search<'_, '_, R> {
@@ -153,7 +160,7 @@ impl<R: Real> Search<'_, '_, R> {
             if now.leftover.largest <= tolerance || !now.value().is_finite() {
                 return Ok((now, true));
             }
-            let report = self.step.solve(At::Iterate, self.settings, self.interrupt);
+            let report = self.solve();
             if self.interrupt.is_requested() {
                 return Err(StepFailure::Interrupted);
             }
@@ -164,6 +171,17 @@ impl<R: Real> Search<'_, '_, R> {
         }
         let is_done = now.leftover.largest <= newton.tolerance;
         Ok((now, is_done))
+    }
+
+    /// Solves for the change of velocity from the iterate in `next`, which was evaluated.
+    pub(super) fn solve(&mut self) -> SolveReport {
+        if !self.settings.mixes_tangents() {
+            return self.step.solve(At::Iterate, self.settings, self.interrupt);
+        }
+        let mixes = [self.mix.with_less(), Mix::ABSOLUTE];
+        let (report, mix) = self.step.solve_mixed(mixes, self.settings, self.interrupt);
+        self.mix = mix;
+        report
     }
 
     /// Takes a share of the change that was solved for, such that what is minimised falls; none where rounding hides
@@ -239,6 +257,8 @@ impl<R: Real> Search<'_, '_, R> {
             return report;
         }
         let relative_residual = (last.leftover.square / first.leftover.square).sqrt();
-        SolveReport { outcome, relative_residual, ..report }
+        // Where iterates end at their cap, what the last change lowered is about what is left.
+        let residual = (2.0 * self.step.work.cg.descent()).max(0.0).sqrt();
+        SolveReport { outcome, relative_residual, residual, ..report }
     }
 }

@@ -4,17 +4,19 @@
 //! right-hand side is not at right angles to it: velocities at random are not.
 
 use super::{
+    mix::Mix,
     newton::{Iterate, Search, Tried},
-    solve::At,
 };
 use crate::{
-    cloth::evaluate::Workspace,
-    linalg::{Outcome, SolveReport, packs_at},
+    cloth::{evaluate::Workspace, settings::ClothSettings},
+    linalg::{Outcome, SolveReport, SolverSettings, Stop, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
-    parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut, size},
+    parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut},
     report::StepFailure,
 };
 
+/// Relative residual at which there is no such direction, at most: solves of iterates may end before.
+const TOLERANCE: f64 = 1e-4;
 /// How far the first try displaces a particle at most, in rest lengths of a spring.
 const DISPLACEMENT: f64 = 0.1;
 /// How often that is halved, at most.
@@ -23,21 +25,21 @@ const HALVINGS: u32 = 16;
 impl<R: Real> Search<'_, '_, R> {
     /// Goes to where what is minimised is lower than at the iterate in `next`, a balance; none where that is a minimum.
     pub(super) fn leave_saddle(&mut self, now: &Iterate) -> Result<Option<Iterate>, StepFailure> {
-        let mirror = std::mem::replace(&mut self.step.work.numbers.mirror, R::one());
-        // The inverse blocks of the exact tangent need not be positive definite.
-        self.swap_inverse();
-        self.evaluate(Tried::Next);
-        self.swap_inverse();
+        // The exact tangent need not be positive definite: iterates that were evaluated with it are evaluated again.
+        let mirror = self.step.work.numbers.mirror;
+        if mirror > R::zero() {
+            self.step.work.numbers.mirror = R::zero() - R::one();
+            self.evaluate(Tried::Next);
+            self.step.work.numbers.mirror = mirror;
+        }
         self.scatter();
-        let report = self.step.solve(At::Iterate, self.settings, self.interrupt);
-        self.step.work.numbers.mirror = mirror;
+        let settings = self.to_the_end();
+        let (report, _) = self.step.solve_mixed([Mix::EXACT; 2], &settings, self.interrupt);
         if self.interrupt.is_requested() {
             return Err(StepFailure::Interrupted);
         }
         let spent = self.report.unwrap_or(SolveReport::at_once(Outcome::Converged, 0.0));
-        let iterations = spent.iterations.saturating_add(report.iterations);
-        let products = spent.products.saturating_add(report.products);
-        self.report = Some(SolveReport { iterations, products, ..spent });
+        self.report = Some(spent.beside(report));
         let Outcome::NegativeCurvature { iteration } = report.outcome else { return Ok(None) };
 
         let mut share = DISPLACEMENT * self.rest_length() / self.follow(iteration);
@@ -56,11 +58,16 @@ impl<R: Real> Search<'_, '_, R> {
         Ok(None)
     }
 
-    /// Puts the inverse diagonal blocks aside, or those put aside back.
-    fn swap_inverse(&mut self) {
-        let Workspace { evaluation, other_inverse, .. } = &mut *self.step.work;
-        size(other_inverse, evaluation.inverse.len());
-        std::mem::swap(&mut evaluation.inverse, other_inverse);
+    /// The settings with a residual that is small enough to tell.
+    fn to_the_end(&self) -> ClothSettings {
+        let solver = self.settings.solver;
+        let stop = match solver.stop {
+            Stop::Residual { tolerance, max_iterations } => {
+                Stop::Residual { tolerance: tolerance.min(TOLERANCE), max_iterations }
+            }
+            Stop::Iterations(count) => Stop::Iterations(count),
+        };
+        ClothSettings { solver: SolverSettings { stop, ..solver }, ..*self.settings }
     }
 
     /// Writes momenta at random into the right-hand side: the same for the same particles of the user.

@@ -13,14 +13,16 @@ use crate::{
 const STIFF: f64 = 1000.0;
 
 /// What the matrix of an implicit step does with compressed springs, whose transverse
-/// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
+/// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite). The matrices of Newton's method are those that
+/// it names, but for [`Self::Absolute`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Hessian {
     /// Keeps it: exact, and unstable under compression at large steps.
     Full,
     /// max(0, 1 - l0/l): positive semi-definite, overshoots under compression.
     Clamped,
-    /// |1 - l0/l|: positive semi-definite, the safe choice for one solve per step.
+    /// |1 - l0/l|: positive semi-definite, the safe choice for one solve per step. Newton's method adds as much of it to
+    /// the exact tangent as a solve needs, and none where the exact one is positive definite.
     #[default]
     Absolute,
 }
@@ -92,6 +94,15 @@ pub enum Minimizer {
 impl Minimizer {
     /// Sweeps of vertex block descent where nothing else is asked for.
     pub const DEFAULT_SWEEPS: u32 = 20;
+
+    /// When its linear solves stop where nothing else is asked for. What a change of Newton's method is off by, the next one
+    /// makes up for, but a change that ends early takes more of them.
+    pub fn default_stop(self) -> Stop {
+        match self {
+            Self::Newton(_) => Stop::Residual { tolerance: 1e-2, max_iterations: 2000 },
+            Self::OneStep | Self::VertexBlockDescent { .. } => SolverSettings::default().stop,
+        }
+    }
 
     /// Which way it is.
     pub const fn kind(self) -> MinimizerKind {
@@ -230,6 +241,11 @@ impl ClothSettings {
     /// Whether steps solve with a preconditioner that has a coarse space.
     pub(crate) fn has_coarse_space(&self) -> bool {
         self.solves() && self.solver.preconditioner == PreconditionerKind::TwoLevel
+    }
+
+    /// Whether linear solves of steps add as much of the absolute tangent to the exact one as they need.
+    pub(crate) fn mixes_tangents(&self) -> bool {
+        matches!(self.minimizer, Minimizer::Newton(_)) && self.hessian == Hessian::Absolute
     }
 
     /// Whether steps solve linear systems.

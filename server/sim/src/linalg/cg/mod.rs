@@ -140,7 +140,8 @@ pub fn conjugate_gradient<R: Real>(
     };
     let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
     let (outcome, iterations, residual) = solve.runs(first, &goal, x);
-    SolveReport { iterations, products: solve.products, ..SolveReport::at_once(outcome, residual / scale) }
+    let products = solve.products;
+    SolveReport { iterations, products, residual, ..SolveReport::at_once(outcome, residual / scale) }
 }
 
 /// Operator and preconditioner are called once per block of rows, so that one copy of the solver serves all of them.
