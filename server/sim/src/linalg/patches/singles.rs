@@ -1,0 +1,32 @@
+//! Sixteen numbers of binary32 side by side: what fronts and functions are stored in.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::math::LANES;
+
+/// Sixteen numbers in a line of the cache.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(super) struct Singles(pub(super) [f32; LANES]);
+
+impl Singles {
+    pub(super) const ZERO: Self = Self([0.0; LANES]);
+}
+
+/// The numbers one after another.
+#[inline(always)]
+pub(super) fn flat(singles: &[Singles]) -> &[f32] {
+    bytemuck::cast_slice(singles)
+}
+
+/// The same, to be written.
+#[inline(always)]
+pub(super) fn flat_mut(singles: &mut [Singles]) -> &mut [f32] {
+    bytemuck::cast_slice_mut(singles)
+}
+
+/// Makes a list of zeros so long, in the memory that it has where that suffices.
+pub(super) fn clear(list: &mut Vec<Singles>, len: usize) {
+    list.clear();
+    list.resize(len, Singles::ZERO);
+}
