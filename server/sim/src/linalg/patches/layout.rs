@@ -123,11 +123,6 @@ impl PatchLayout {
         self.block_starts.len() - 1
     }
 
-    /// Number of patches.
-    pub(super) fn len(&self) -> usize {
-        self.starts.len() - 1
-    }
-
     /// The patches of a block.
     pub(super) fn of_block(&self, block: usize) -> Range<usize> {
         self.block_starts[block] as usize..self.block_starts[block + 1] as usize
