@@ -5,7 +5,7 @@ use clap::Args;
 use nappe_server::numbers::whole;
 use nappe_sim::{
     cloth::Network,
-    linalg::{OperatorKind, Outcome, PreconditionerKind, SolverSettings, Stop},
+    linalg::{AtCap, OperatorKind, Outcome, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     report::Stage,
 };
@@ -76,7 +76,11 @@ pub(crate) fn run(args: &SolverArgs) -> Result<()> {
             let least = if precision == Precision::F32 { 1e-6 } else { 0.0 };
             for tolerance in args.tolerances.iter().copied().filter(|tolerance| *tolerance >= least) {
                 output::note(&format!("{side} x {side}, {precision}, to {tolerance:e} ..."));
-                for preconditioner in [PreconditionerKind::BlockJacobi, PreconditionerKind::TwoLevel] {
+                for preconditioner in [
+                    PreconditionerKind::BlockJacobi,
+                    PreconditionerKind::TwoLevel,
+                    PreconditionerKind::Patches,
+                ] {
                     rows.extend(measure(args, &network, precision, tolerance, preconditioner)?);
                 }
             }
@@ -98,6 +102,7 @@ fn measure(
     let solver = SolverSettings {
         stop: Stop::Residual { tolerance, max_iterations: MAX_ITERATIONS },
         preconditioner,
+        at_cap: AtCap::Stop,
         operator: OperatorKind::MatrixFree,
         warm_start: false,
     };

@@ -46,6 +46,9 @@ pub struct SceneSize {
     pub divided_particles: u64,
     /// Blocks of particles whose preconditioner has a coarse space.
     pub coarse_blocks: u64,
+    /// Particles whose solves are preconditioned with patches, and others whose solves may come to them.
+    pub patched_particles: u64,
+    pub switching_particles: u64,
     /// Springs of cloth.
     pub springs: u64,
     /// Of these, springs of bodies whose springs follow from a mesh, which is sorted for them.
@@ -140,11 +143,17 @@ impl SceneSize {
         if integrator.is_implicit() && !(solves_once && integrator == Integrator::ImplicitEuler) {
             self.iterated_particles = self.iterated_particles.saturating_add(points);
         }
-        let is_coarse = match preconditioner {
-            PreconditionerKind::TwoLevel => true,
+        let [is_coarse, may_switch] = match preconditioner {
+            PreconditionerKind::TwoLevel => [true, false],
             PreconditionerKind::Auto => is_stiff(body, points, kinds, scene.dt),
-            _ => false,
+            _ => [false; 2],
         };
+        if integrator.is_implicit() && preconditioner == PreconditionerKind::Patches {
+            self.patched_particles = self.patched_particles.saturating_add(points);
+        }
+        if integrator.is_implicit() && may_switch {
+            self.switching_particles = self.switching_particles.saturating_add(points);
+        }
         if integrator.is_implicit() && is_coarse {
             let blocks = points.div_ceil(body.block_size.max(1) as u64);
             self.coarse_blocks = self.coarse_blocks.saturating_add(blocks);
@@ -227,8 +236,9 @@ fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
     first + second
 }
 
-/// Whether the preconditioner `auto` is `two_level`: where the mass is not known before the mesh is, it may be.
-fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> bool {
+/// Whether the preconditioner `auto` is `two_level`, and whether solves may come to patches: where the mass is not known before
+/// the mesh is, both may be.
+fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> [bool; 2] {
     let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, .. } = body;
     let minimizer = match minimizer {
         MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
@@ -258,7 +268,7 @@ fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> bool {
         let count = count as f64;
         law.map_or([k, nu], |law| [k + count * law.stiffness, nu + count * law.damping])
     });
-    settings.is_stiff(points, mass, sums, dt)
+    [settings.is_stiff(points, mass, sums, dt), settings.has_stiff_springs(mass, sums, dt)]
 }
 
 /// Points, triangles and springs of each kind of a grid.

@@ -23,7 +23,7 @@ pub use operator::{LinearOperator, Preconditioner, Room, WholeOperator, WholePre
 pub(crate) use patches::{MatrixParts, TakeParts};
 pub use patches::{PatchLayout, PatchMatrix, Patches};
 pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
-pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
+pub use settings::{AtCap, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
 pub(crate) use sixteens::{Sums, add_lanes, lanes_at, load_six, packs, packs_at, store_padded, widen_six};
 pub(crate) use solve::{System, solve};
 pub use two_level::TwoLevel;

@@ -294,8 +294,8 @@ impl<R: Real> Cloth<R> {
     }
 
     /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of
-    /// the step before, and where a step goes on from it the state before; of one per pin on its way; and of what explicit
-    /// steps gained.
+    /// the step before, and where a step goes on from it the state before; of one per pin on its way; of what explicit
+    /// steps gained; and of how many solves ago one came to its cap, if one did.
     pub(super) fn hash(&self) -> u64 {
         let State { x, v, dv, past, .. } = &self.state;
         let numbers = |vector: &Padded<R>| array3(&vector.vector());
@@ -324,7 +324,9 @@ impl<R: Real> Cloth<R> {
         });
         let Gain { energy, ratio, motion } = self.state.gain;
         let gained = if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, ratio, motion]) };
-        particles.wrapping_add(pins).wrapping_add(gained)
+        let since = self.state.since_cap;
+        let capped = if since == 0 { 0 } else { hash_numbers(self.owner(0), [f64::from(since)]) };
+        particles.wrapping_add(pins).wrapping_add(gained).wrapping_add(capped)
     }
 
     /// Number among all particles of one of its own.

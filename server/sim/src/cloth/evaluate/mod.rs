@@ -16,6 +16,7 @@ mod moved;
 mod iterate_sums;
 mod workspace;
 mod coarse;
+mod parts;
 
 pub(super) use evaluation::Evaluation;
 pub(super) use external::symmetric;

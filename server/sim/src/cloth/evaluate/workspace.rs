@@ -15,7 +15,7 @@ use crate::{
         state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
     },
     collide,
-    linalg::{BlockCsr, CgWorkspace, CoarseMatrix},
+    linalg::{BlockCsr, CgWorkspace, CoarseMatrix, PatchMatrix},
     math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
     parallel::{block_count, per_sixteen_mut, size},
 };
@@ -96,6 +96,8 @@ pub struct Workspace<R: Real> {
     pub(crate) assembled: Option<BlockCsr<R>>,
     /// Of a preconditioner that has a coarse space.
     pub(crate) coarse: CoarseMatrix,
+    /// Of a preconditioner that has patches.
+    pub(crate) patches: PatchMatrix,
     pub(crate) cg: CgWorkspace<R>,
     /// Products with the matrix since the step of the world began.
     pub(crate) products: u64,

@@ -88,6 +88,8 @@ pub struct State<R: Real> {
     pub past: Past<R>,
     /// What explicit steps gained.
     pub(crate) gain: Gain,
+    /// Solves since one came to its cap and went on with patches, that one counted; 0 where none did.
+    pub(crate) since_cap: u32,
 }
 
 impl<R: Real> State<R> {
@@ -98,6 +100,7 @@ impl<R: Real> State<R> {
         size(&mut self.dv, other.dv.len());
         self.motions.clone_from(&other.motions);
         self.gain = other.gain;
+        self.since_cap = other.since_cap;
     }
 
     /// Completes its fields on rank 0.

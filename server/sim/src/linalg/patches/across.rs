@@ -73,6 +73,7 @@ pub(super) fn join_others(
     let first = layout.later_starts[patches.start] as usize;
     source.visit(block, &mut Across { all, first, sums: &mut *sums });
 
+    let is_first = to.starts.capacity() == 0;
     to.starts.clear();
     to.entries.clear();
     for patch in patches {
@@ -88,17 +89,15 @@ pub(super) fn join_others(
             }
         }
     }
+    if is_first {
+        to.entries.reserve(to.entries.len() / 4);
+    }
 }
 
 impl BlockAcross {
     /// The blocks of a patch of the block, one after another.
     pub(super) fn of(&self, patch: usize) -> &[f32] {
         &self.entries[self.starts[patch]..]
-    }
-
-    /// Memory that it holds (bytes).
-    pub(super) fn bytes(&self) -> usize {
-        8 * self.starts.capacity() + 4 * self.entries.capacity()
     }
 }
 

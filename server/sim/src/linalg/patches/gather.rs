@@ -1,6 +1,7 @@
 //! The functions of the patches of a block, from the parts of the matrix within each.
 
 use super::{
+    choose::MOST,
     functions::{Soft, soften, width},
     layout::{MatrixParts, NONE, PatchLayout, TakeParts},
     singles::Singles,
@@ -61,9 +62,10 @@ impl BlockFunctions {
         &self.within[within..within + count * count]
     }
 
-    /// Memory that it holds (bytes).
-    pub(super) fn bytes(&self) -> usize {
-        64 * self.functions.capacity() + 4 * self.within.capacity() + 24 * self.places.capacity()
+    /// Makes room for a quarter more than there is.
+    fn make_room(&mut self) {
+        self.functions.reserve(self.functions.len() / 4);
+        self.within.reserve(self.within.len() / 4);
     }
 }
 
@@ -74,6 +76,9 @@ struct Coupling {
     members: [u8; 2],
     block: [[f64; 3]; 3],
 }
+
+/// Couplings per row that there is room for at once.
+const COUPLINGS: usize = 16;
 
 /// Sums over a block of rows.
 #[derive(Debug, Default)]
@@ -100,6 +105,7 @@ pub(super) fn gather(
     sums.begin(layout, block);
     source.visit(block, &mut Gather { layout, first, first_row, sums: &mut *sums });
 
+    let is_first = to.places.capacity() == 0;
     to.clear();
     let mut soft = Soft::new();
     for patch in patches {
@@ -121,6 +127,9 @@ pub(super) fn gather(
         soft.normalise();
         to.push(&soft);
     }
+    if is_first {
+        to.make_room();
+    }
 }
 
 impl Sums {
@@ -133,11 +142,16 @@ impl Sums {
             let rows = 3 * layout.rows(patch).len();
             end += rows * rows;
         }
+        // Room for any block: which thread has which one is not known.
         self.matrices.clear();
+        self.matrices.reserve(9 * MOST * layout.block_size);
         self.matrices.resize(end, 0.0);
         self.outside.clear();
         self.outside.resize(layout.block_size, [[0.0; 3]; 3]);
         self.couplings.clear();
+        self.couplings.reserve(COUPLINGS * layout.block_size);
+        self.roots.reserve(MOST);
+        self.starts.reserve(layout.block_size);
     }
 }
 

@@ -15,7 +15,7 @@ const MOST_BYTES: f64 = 32_768.0;
 /// What is kept per particle beside the factors (bytes): functions, what is beside the diagonal, what fronts pass on.
 const BESIDE: f64 = 1_200.0;
 
-/// What a solve asks of the matrix to set up on patches: its parts, a block of rows at a time.
+/// A matrix as the parts that it is the sum of, a block of rows at a time.
 pub(crate) trait MatrixParts: Sync {
     /// Hands over all parts that have to do with rows of a block, in a fixed order: springs and elements at each of their
     /// ends in the block.
@@ -140,7 +140,7 @@ impl PatchLayout {
 
     /// Memory that solves will take (bytes), with as many functions as crumpled cloth has: of the body as it begins, nobody
     /// knows.
-    pub(crate) fn expected_bytes(&self) -> f64 {
+    fn expected_bytes(&self) -> f64 {
         let functions = |patch: u32| (SOFT * (3 * self.rows(patch as usize).len()) as f64).ceil() as usize;
         let [_, numbers] = self.plan.estimate(&functions);
         4.0 * numbers + BESIDE * self.members.len() as f64

@@ -149,11 +149,4 @@ impl PatchMatrix {
     pub(super) fn len(&self) -> usize {
         self.starts.last().map_or(0, |end| *end as usize)
     }
-
-    /// Memory that it holds (bytes).
-    pub(crate) fn bytes(&self) -> usize {
-        let of_functions: usize = self.functions.iter().map(BlockFunctions::bytes).sum();
-        let of_others: usize = self.across.iter().map(BlockAcross::bytes).sum();
-        of_functions + of_others + 64 * (self.panels.capacity() + self.memory.capacity())
-    }
 }
