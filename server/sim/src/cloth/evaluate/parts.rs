@@ -1,4 +1,4 @@
-//! The matrix of a step in parts: masses, springs and elements, one by one, for a preconditioner that is made of them.
+//! The matrix of a step in parts: masses, springs and elements, one by one.
 //!
 //! Springs are handed over with the absolute value of what they have across, so that what is made of them is positive
 //! semi-definite whatever the matrix makes of compressed ones.

@@ -173,7 +173,7 @@ impl TakeParts for Across<'_> {
 struct Add<'a> {
     here: &'a [Singles],
     there: &'a [Singles],
-    /// Functions here.
+    /// How many functions there are here.
     count: usize,
     block: &'a [[f64; 3]; 3],
     entries: &'a mut [f64],

@@ -1,5 +1,5 @@
-//! The multifrontal factorisation: fronts from the leaves of the tree on, each from its own entries and what its children
-//! pass on (Duff and Reid 1983). Subtrees are computed by several threads, sums by one and in one order.
+//! The multifrontal factorisation: fronts from the leaves of the tree on (Duff and Reid 1983). Each is assembled from its own
+//! entries and from what its children pass on. Subtrees are computed by several threads, sums by one and in one order.
 
 use super::{
     across::{All, BlockAcross},
@@ -31,7 +31,8 @@ impl Columns<'_> {
         let Size { rows, pivots, .. } = self.size;
         if column < pivots {
             let height = height(rows);
-            return Column { entries: flat_mut(&mut self.panel[column * height..(column + 1) * height]), above: 0 };
+            let entries = flat_mut(&mut self.panel[column * height..(column + 1) * height]);
+            return Column { entries, above: 0 };
         }
         let (place, height) = (column - pivots, rest_height(rows, pivots));
         let entries = flat_mut(&mut self.rest[place * height..(place + 1) * height]);

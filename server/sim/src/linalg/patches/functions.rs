@@ -1,4 +1,4 @@
-//! The soft functions of a patch: what an elimination of its own matrix leaves, as long as pivots are stiff.
+//! The soft functions of a patch: what an elimination of its own matrix leaves.
 //!
 //! N is the matrix of the springs, elements and masses within the patch, D the diagonal blocks of the whole matrix, and
 //! S = W N Wᵀ with Wᵀ W = D⁻¹. The largest diagonal entries of S are eliminated while they are at least

@@ -32,7 +32,7 @@ pub(super) struct BlockFunctions {
 }
 
 impl BlockFunctions {
-    /// Forgets all.
+    /// Forgets what it holds.
     fn clear(&mut self) {
         self.places.clear();
         self.functions.clear();
@@ -137,6 +137,7 @@ impl Sums {
     fn begin(&mut self, layout: &PatchLayout, block: usize) {
         let mut end = 0;
         self.starts.clear();
+        self.starts.reserve(layout.block_size);
         for patch in layout.of_block(block) {
             self.starts.push(end);
             let rows = 3 * layout.rows(patch).len();
@@ -150,8 +151,6 @@ impl Sums {
         self.outside.resize(layout.block_size, [[0.0; 3]; 3]);
         self.couplings.clear();
         self.couplings.reserve(COUPLINGS * layout.block_size);
-        self.roots.reserve(MOST);
-        self.starts.reserve(layout.block_size);
     }
 }
 

@@ -1,4 +1,4 @@
-//! What of the preconditioner `patches` follows from the body as it begins: patches, which of them meet, the tree.
+//! What of patches follows from the body as it begins: which there are, which meet, their tree.
 
 use std::ops::Range;
 
@@ -111,9 +111,9 @@ impl PatchLayout {
             damping,
         };
         if made.expected_bytes() > MOST_BYTES * rest.len() as f64 {
-            return Err("springs or elements join so many patches of its particles that the factors of their matrix \
-                        would not be small: too entangled for the preconditioner patches"
-                .to_owned());
+            let message = "springs or elements join so many patches of its particles that the factors of their \
+                           matrix would not be small: too entangled for the preconditioner patches";
+            return Err(message.to_owned());
         }
         Ok(made)
     }

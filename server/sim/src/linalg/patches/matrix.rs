@@ -82,7 +82,7 @@ impl PatchMatrix {
         Assembly { all, across, sizes }.factor(root as u32, panels, memory);
     }
 
-    /// Counts unknowns.
+    /// Counts the unknowns of patches, blocks and fronts.
     fn count(&mut self, layout: &PatchLayout) {
         let Self { functions, sizes, starts, block_starts, places, vectors, .. } = self;
         let all = All { layout, blocks: functions };

@@ -1,5 +1,6 @@
-//! A coarse space of small patches: a particle and its ring, with the soft functions that an elimination of the patch's own
-//! matrix leaves, factored in binary32 by a multifrontal Cholesky method on a tree that is fixed when a body is built.
+//! A coarse space of small patches, each a particle and its ring, factored on a fixed tree. The functions of a patch are the
+//! soft ones that an elimination of its own matrix leaves; their matrix is factored in binary32 by a multifrontal Cholesky
+//! method, on a tree that is fixed when a body is built.
 //!
 //! Crumpled cloth has soft motions along every fold, as many as the borders of its parts are long: no few functions on large
 //! parts hold them, which is where affine ones end. With D the diagonal blocks, B the inverse of Pᵀ A P and w = 1.4 / c, c

@@ -84,7 +84,8 @@ impl Plan {
             let own = p * (p * p / 3.0 + p * q + q * q);
             let below: f64 = division.children.iter().map(|child| weights[*child as usize]).sum();
             weights.push(own + below);
-            let first = division.children.first().map_or(number as u32, |child| fronts[*child as usize].first);
+            let below_first = division.children.first().map(|child| fronts[*child as usize].first);
+            let first = below_first.unwrap_or(number as u32);
             let (children, runs) = (division.children.clone(), Vec::new());
             let front = Front { pivots, border, children, first, runs, is_heavy: below > HEAVY };
             for &child in &front.children {

@@ -22,7 +22,7 @@ pub(super) struct Size {
     pub(super) need: usize,
 }
 
-/// All fronts.
+/// The sizes of all fronts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes {
     pub(super) fronts: Vec<Size>,
@@ -51,7 +51,8 @@ impl Sizes {
         self.borders.clear();
         (self.panels, self.vectors) = (0, 0);
         for front in fronts {
-            let pivots = self.unknowns[front.pivots.end as usize] - self.unknowns[front.pivots.start as usize];
+            let [start, end] = [front.pivots.start, front.pivots.end].map(|place| self.unknowns[place as usize]);
+            let pivots = end - start;
             let (border, mut rows) = (self.borders.len(), pivots);
             for place in &front.border {
                 self.borders.push(rows);

@@ -11,7 +11,7 @@ use crate::{
 /// z = w D⁻¹ r, padded too.
 pub(super) struct Before<'a, R> {
     pub(super) inverse: &'a [Inverse3],
-    /// w.
+    /// w, in the precision of r.
     pub(super) damping: R,
     pub(super) r: &'a [Sixteen<R>],
     pub(super) z: &'a mut [Sixteen<R>],

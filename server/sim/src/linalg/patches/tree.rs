@@ -89,7 +89,8 @@ impl Work<'_> {
 
     /// Those of a half that meet the other one.
     fn border(&self, half: &[u32], other: u8) -> Vec<u32> {
-        let meets = |patch: &&u32| self.meets.of(**patch).iter().any(|near| self.side[*near as usize] == other);
+        let is_other = |near: &u32| self.side[*near as usize] == other;
+        let meets = |patch: &&u32| self.meets.of(**patch).iter().any(is_other);
         half.iter().filter(meets).copied().collect()
     }
 }
@@ -134,7 +135,8 @@ mod tests {
         let fronts = divide(&meets, &centres);
         check(&meets, &fronts);
         assert!(fronts.iter().all(|front| front.children.len() <= 2));
-        assert!(fronts.iter().filter(|front| front.children.is_empty()).all(|leaf| leaf.pivots.len() <= LEAF));
+        let mut leaves = fronts.iter().filter(|front| front.children.is_empty());
+        assert!(leaves.all(|leaf| leaf.pivots.len() <= LEAF));
         assert!(fronts.last().is_some_and(|root| (1..=20).contains(&root.pivots.len())));
     }
 
@@ -144,7 +146,7 @@ mod tests {
             let meets = Graph::new(40, pairs.into_iter());
             check(&meets, &divide(&meets, &[[1.0; 3]; 40]));
         }
-        assert_eq!(divide(&Graph::new(0, std::iter::empty()), &[]), []);
+        assert!(divide(&Graph::new(0, std::iter::empty()), &[]).is_empty());
         let one = Division { pivots: vec![0], children: Vec::new() };
         assert_eq!(divide(&Graph::new(1, std::iter::empty()), &[[0.0; 3]]), [one]);
     }

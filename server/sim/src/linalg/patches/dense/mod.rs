@@ -1,4 +1,4 @@
-//! Partial Cholesky factorisation of a dense front: its pivots are eliminated, and what is left is passed on.
+//! Partial Cholesky factorisation of a dense front: pivots are eliminated, the rest is passed on.
 //!
 //! A front has n rows, in packs of sixteen. The columns of its p pivots are the panel; those of the other rows, without the
 //! packs above the last pivots, are the rest. Panels of 48 columns are factored by rows of sixteen, and what they take from
