@@ -1,0 +1,161 @@
+//! The preconditioner `patches` on rippled cloth: iterations whatever the stiffness and bending, solutions as with `block_jacobi`,
+//! and how `auto` comes to it.
+
+use nappe_scene::{NoMeshes, Scene as SceneText, SceneLimits};
+use nappe_sim::{
+    cloth::{ElementKind, ElementList, Network, SpringLaw},
+    linalg::{OperatorKind, Outcome, PreconditionerKind, SolveReport, Stop},
+    math::Precision,
+    mesh::TriangleMesh,
+    world::{Simulation, WorldSetup},
+};
+use nappe_tests::{
+    Scene,
+    networks::{scatter, stiff_sheet},
+    scene::{advance, max_distance, positions},
+    threads::with_threads,
+};
+
+/// Springs of the rippled sheet, with stretch and shear (N/m) and, where there is any, bending (N/m).
+fn springs(stiffness: f64, bend: f64) -> String {
+    let bend = if bend > 0.0 { format!(", bend = {{ stiffness = {bend} }}") } else { String::new() };
+    format!("stretch = {{ stiffness = {stiffness} }}, shear = {{ stiffness = {stiffness} }}{bend}")
+}
+
+/// A stiff sheet with ripples of two and a half columns that hangs by two corners.
+fn rippled([columns, rows]: [u32; 2], springs: &str, solver: &str) -> WorldSetup {
+    let text = format!(
+        r#"
+        version = 1
+        dt = 0.016666666
+        [[body]]
+        name = "a"
+        integrator = "implicit_euler"
+        mesh = {{ grid = [{columns}, {rows}], spacing = 0.008, plane = "upright", ripple = 0.002 }}
+        mass = {{ density = 0.15 }}
+        pins = ["top_left", "top_right"]
+        springs = {{ {springs} }}
+        solver = {{ {solver} }}
+        "#
+    );
+    let scene = SceneText::parse(&text, "rippled").unwrap_or_else(|error| panic!("{error}"));
+    scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}")).setup
+}
+
+fn simulate(setup: &WorldSetup) -> Simulation {
+    Simulation::new(setup, Precision::F64).expect("a good scene").0
+}
+
+/// The solve of the next step.
+fn next_solve(simulation: &mut Simulation) -> SolveReport {
+    advance(simulation, 1).solve.expect("an implicit step solves")
+}
+
+#[test]
+fn a_rippled_sheet_takes_few_iterations_at_every_stiffness_and_bending() {
+    let by_bending = [300.0, 30.0, 3.0, 0.3, 0.0].map(|bend| springs(12_000.0, bend));
+    let stretch_alone = "stretch = { stiffness = 12000 }".to_owned();
+    for springs in by_bending.into_iter().chain([springs(1.2e6, 3e4), stretch_alone]) {
+        let setup = rippled([60, 50], &springs, "preconditioner = \"patches\", tolerance = 1e-4");
+        let solve = next_solve(&mut simulate(&setup));
+        assert_eq!(solve.outcome, Outcome::Converged, "{springs}");
+        assert_eq!(solve.preconditioner, Some(PreconditionerKind::Patches));
+        assert!(solve.iterations <= 16, "{springs}: {solve:?}");
+        // Three products per iteration, and what begins and ends a solve.
+        assert!(solve.products <= 3 * solve.iterations + 8, "{springs}: {solve:?}");
+    }
+}
+
+/// Sheets of which each asks for something else: elements, points off their places, pins, a seam.
+fn networks() -> [(&'static str, Network); 3] {
+    let side = 40;
+    let mut hung = stiff_sheet(side);
+    hung.pins = vec![0, side as u32 - 1];
+    let mut pinned = stiff_sheet(side);
+    pinned.pins = (0..side as u32).chain((0..20).map(|i| (i * 331 + 700) % (side * side) as u32)).collect();
+    let mut bending = stiff_sheet(side);
+    let mesh = TriangleMesh::grid(side, side, 1.0 / (side - 1) as f64);
+    let law = SpringLaw { stiffness: 1e-3, damping: 0.0 };
+    bending.elements = vec![ElementList::new(ElementKind::QuadraticBending, law, &mesh)];
+    bending.pins = vec![0, side as u32 - 1];
+    let mut networks = [("hung", hung), ("pinned", pinned), ("bending", bending)];
+    for (_, network) in &mut networks {
+        network.x.iter_mut().enumerate().for_each(|(i, [_, y, _])| *y += 0.004 * scatter(i));
+    }
+    networks
+}
+
+#[test]
+fn solutions_are_those_of_the_simpler_preconditioner() {
+    for (name, network) in networks() {
+        let run = |kind: PreconditionerKind, operator: OperatorKind| {
+            let mut scene = Scene::new(network.clone(), 1.0 / 60.0).under([0.0, -9.81, 0.0]);
+            scene.settings.solver.preconditioner = kind;
+            scene.settings.solver.operator = operator;
+            scene.settings.solver.stop = Stop::Residual { tolerance: 1e-12, max_iterations: 10_000 };
+            let mut simulation = scene.simulate(Precision::F64);
+            let solve = next_solve(&mut simulation);
+            assert_eq!(solve.outcome, Outcome::Converged, "{name}, {kind:?}: {solve:?}");
+            positions(&simulation)
+        };
+        let expected = run(PreconditionerKind::BlockJacobi, OperatorKind::MatrixFree);
+        for operator in OperatorKind::ALL {
+            let distance = max_distance(&run(PreconditionerKind::Patches, operator), &expected);
+            assert!(distance < 1e-10, "{name}, {operator:?}: {distance:e} m");
+        }
+    }
+}
+
+#[test]
+fn auto_goes_on_with_patches_at_the_cap_and_the_state_remembers_it() {
+    let setup = rippled([75, 65], &springs(12_000.0, 300.0), "tolerance = 1e-4");
+    let mut simulation = simulate(&setup);
+    let first = next_solve(&mut simulation);
+    assert_eq!((first.outcome, first.preconditioner), (Outcome::Converged, Some(PreconditionerKind::Patches)));
+    assert!((200..300).contains(&first.iterations), "{first:?}");
+
+    let taken = simulation.take();
+    let mut others = [simulate(&setup), simulation.fork()];
+    others[0].put(&taken);
+    for _ in 0..2 {
+        let solve = next_solve(&mut simulation);
+        assert_eq!(solve.outcome, Outcome::Converged);
+        assert!(solve.iterations <= 20 && solve.products <= 68, "{solve:?}");
+    }
+    for other in &mut others {
+        assert_eq!(advance(other, 2).solve.map(|solve| solve.preconditioner), Some(Some(PreconditionerKind::Patches)));
+        assert_eq!(other.state_hash(), simulation.state_hash());
+    }
+}
+
+#[test]
+fn easy_cloth_stays_with_what_auto_chose() {
+    let mut network = stiff_sheet(40);
+    network.pins = vec![0, 39];
+    let scene = Scene::new(network, 1.0 / 60.0).under([0.0, -9.81, 0.0]);
+    let solve = next_solve(&mut scene.simulate(Precision::F64));
+    assert_eq!(solve.preconditioner, Some(PreconditionerKind::TwoLevel), "{solve:?}");
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let setup = rippled([75, 65], &springs(12_000.0, 300.0), "preconditioner = \"patches\"");
+    let on = |threads: usize| {
+        with_threads(threads, || {
+            let mut simulation = simulate(&setup);
+            advance(&mut simulation, 2);
+            simulation.state_hash()
+        })
+    };
+    let one = on(1);
+    for threads in [2, 3, 8] {
+        assert_eq!(on(threads), one, "{threads} threads");
+    }
+}
+
+#[test]
+fn ranks_refuse_patches_by_name() {
+    let setup = rippled([20, 20], &springs(12_000.0, 300.0), "preconditioner = \"patches\"");
+    let refused = setup.check_for_ranks().expect_err("they are not divided");
+    assert!(refused.to_string().contains("preconditioner = \"patches\""), "{refused}");
+}
