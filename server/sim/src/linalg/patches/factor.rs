@@ -61,41 +61,49 @@ impl Assembly<'_> {
         &self.all.layout.plan
     }
 
-    /// Factors a front and those below it: panels of these, and memory of which the first part takes what it passes on.
+    /// Factors a front and those below it: panels of these, and memory whose first part takes what it passes on.
     pub(super) fn factor(self, number: u32, panels: &mut [Singles], memory: &mut [Singles]) {
         let front = &self.plan().fronts[number as usize];
         let size = self.sizes.fronts[number as usize];
         let own = panels.len() - size.pivots * height(size.rows);
         let (below, panel) = panels.split_at_mut(own);
-        let (rest, tail) = memory.split_at_mut(size.rest);
         match front.children[..] {
-            [only] => self.factor(only, below, tail),
+            [only] => self.factor(only, below, memory),
             [left, right] => {
                 let (of_left, of_right) = below.split_at_mut(self.sizes.panels_below(self.plan(), left));
                 let second = self.sizes.second(left, front.is_heavy);
                 if front.is_heavy {
-                    let (first, second) = tail.split_at_mut(second);
-                    join(|| self.factor(left, of_left, first), || self.factor(right, of_right, second));
+                    let (of_first, of_second) = memory.split_at_mut(second);
+                    join(
+                        || self.factor(left, of_left, of_first),
+                        || self.factor(right, of_right, of_second),
+                    );
+                    // Side by side, as where one has worked after the other.
+                    let [first, other] = [left, right].map(|child| self.sizes.fronts[child as usize].rest);
+                    memory.copy_within(second..second + other, first);
                 } else {
-                    self.factor(left, of_left, tail);
-                    self.factor(right, of_right, &mut tail[second..]);
+                    self.factor(left, of_left, memory);
+                    self.factor(right, of_right, &mut memory[second..]);
                 }
             }
             _ => {}
         }
 
+        let end = self.sizes.passed(front);
+        let (passed, own) = memory.split_at_mut(end);
+        let (rest, packed) = own.split_at_mut(size.rest);
         panel.fill(Singles::ZERO);
         rest.fill(Singles::ZERO);
         let mut columns = Columns { size, panel, rest };
         self.write_own(number, &mut columns);
         let mut start = 0;
         for &child in &front.children {
-            self.add_child([child, number], &tail[start..], &mut columns);
-            start = self.sizes.second(child, front.is_heavy);
+            self.add_child([child, number], &passed[start..], &mut columns);
+            start += self.sizes.fronts[child as usize].rest;
         }
         let Columns { panel, rest, .. } = columns;
-        let packed = &mut tail[..PANEL * height(size.rows)];
         Dense { rows: size.rows, pivots: size.pivots, panel, rest, packed }.factor();
+        memory.copy_within(end..end + size.rest, 0);
     }
 
     /// Writes what the patches of a front have with themselves and with those that are eliminated later.

@@ -5,7 +5,7 @@ use super::{
     factor::Assembly,
     gather::{self, BlockFunctions, gather},
     layout::{MatrixParts, PatchLayout},
-    singles::{Singles, clear, flat},
+    singles::{Singles, fit, flat},
     sizes::Sizes,
     solve::Factors,
     transfer::{Block, prolong, restrict},
@@ -76,8 +76,8 @@ impl PatchMatrix {
 
         let Self { functions, across, sizes, panels, memory, .. } = self;
         let Some(root) = sizes.fronts.len().checked_sub(1) else { return };
-        clear(panels, sizes.panels);
-        clear(memory, sizes.fronts[root].need);
+        fit(panels, sizes.panels);
+        fit(memory, sizes.fronts[root].need);
         let all = All { layout, blocks: functions };
         Assembly { all, across, sizes }.factor(root as u32, panels, memory);
     }
@@ -104,7 +104,7 @@ impl PatchMatrix {
         let Vectors { b, fronts } = &mut *vectors.lend();
         b.clear();
         b.resize(end as usize, 0.0);
-        clear(fronts, sizes.vectors);
+        fit(fronts, sizes.vectors);
     }
 
     /// The vectors of a solve.

@@ -5,8 +5,10 @@ use std::ops::Range;
 use super::{graph::Graph, tree::Division};
 use crate::interrupt;
 
-/// Products of numbers below a front from which on its children are computed on two threads, if there are as many.
+/// Products of numbers below a front from which on its children are computed on two threads, if there are as many; and the
+/// share of all products that they must be, one part in so many: each part that is computed at a time takes memory.
 const HEAVY: f64 = 1e6;
+const PARTS: f64 = 8.0;
 /// Functions per patch that work is weighed with.
 const TYPICAL: f64 = 9.0;
 
@@ -70,7 +72,7 @@ impl Plan {
         let mut places = vec![0; meets.len()];
         (0..).zip(&order).for_each(|(place, patch)| places[*patch as usize] = place);
 
-        let (mut fronts, mut weights): (Vec<Front>, Vec<f64>) = (Vec::new(), Vec::new());
+        let (mut fronts, mut weights): (Vec<Front>, Vec<[f64; 2]>) = (Vec::new(), Vec::new());
         for (number, (division, pivots)) in divisions.iter().zip(pivots).enumerate() {
             interrupt::point();
             let of_pivots = division.pivots.iter().flat_map(|patch| meets.of(*patch));
@@ -82,16 +84,20 @@ impl Plan {
 
             let [p, q] = [pivots.len(), border.len()].map(|patches| TYPICAL * patches as f64);
             let own = p * (p * p / 3.0 + p * q + q * q);
-            let below: f64 = division.children.iter().map(|child| weights[*child as usize]).sum();
-            weights.push(own + below);
+            let below: f64 = division.children.iter().map(|child| weights[*child as usize][0]).sum();
+            weights.push([own + below, below]);
             let below_first = division.children.first().map(|child| fronts[*child as usize].first);
             let first = below_first.unwrap_or(number as u32);
             let (children, runs) = (division.children.clone(), Vec::new());
-            let front = Front { pivots, border, children, first, runs, is_heavy: below > HEAVY };
+            let front = Front { pivots, border, children, first, runs, is_heavy: false };
             for &child in &front.children {
                 fronts[child as usize].runs = runs_of(&fronts[child as usize].border, &front);
             }
             fronts.push(front);
+        }
+        let all = weights.last().map_or(0.0, |[all, _]| *all);
+        for (front, [_, below]) in fronts.iter_mut().zip(&weights) {
+            front.is_heavy = *below > HEAVY && PARTS * below > all;
         }
         Self { fronts, order, places, front_of }
     }

@@ -25,10 +25,11 @@ pub(super) fn flat_mut(singles: &mut [Singles]) -> &mut [f32] {
     bytemuck::cast_slice_mut(singles)
 }
 
-/// Makes a list of zeros so long, in the memory that it has where that suffices, or in a quarter more than it needs.
-pub(super) fn clear(list: &mut Vec<Singles>, len: usize) {
-    list.clear();
+/// Makes a list so long, in the memory that it has where that suffices, or in a quarter more than it needs. What it holds
+/// then means nothing.
+pub(super) fn fit(list: &mut Vec<Singles>, len: usize) {
     if list.capacity() < len {
+        list.clear();
         list.reserve_exact(len + len / 4);
     }
     list.resize(len, Singles::ZERO);

@@ -60,14 +60,13 @@ impl Sizes {
             }
             self.borders.push(rows);
             let rest = (rows - pivots) * rest_height(rows, pivots);
-            let of = |child: &u32| self.fronts[*child as usize];
+            let of = |child: u32| self.fronts[child as usize];
             let below = match front.children[..] {
-                [] => 0,
-                [only] => of(&only).need,
-                [left, right] => (self.second(left, front.is_heavy) + of(&right).need).max(of(&left).need),
-                _ => unreachable!("two children at most"),
+                [only] => of(only).need,
+                [left, right] => (self.second(left, front.is_heavy) + of(right).need).max(of(left).need),
+                _ => 0,
             };
-            let need = rest + below.max(PANEL * height(rows));
+            let need = below.max(self.passed(front) + rest + PANEL * height(rows));
             let (panel, vector) = (self.panels, self.vectors);
             self.fronts.push(Size { rows, pivots, panel, vector, border, rest, need });
             self.panels += pivots * height(rows);
@@ -80,6 +79,11 @@ impl Sizes {
     pub(super) fn second(&self, first: u32, is_heavy: bool) -> usize {
         let Size { rest, need, .. } = self.fronts[first as usize];
         if is_heavy { need } else { rest }
+    }
+
+    /// What the children of a front pass on takes so much.
+    pub(super) fn passed(&self, front: &Front) -> usize {
+        front.children.iter().map(|child| self.fronts[*child as usize].rest).sum()
     }
 
     /// Packs that the panels of a front and of those below it take.
