@@ -239,7 +239,7 @@ fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
 /// Whether the preconditioner `auto` is `two_level`, and whether solves may come to patches: where the mass is not known before
 /// the mesh is, both may be.
 fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> [bool; 2] {
-    let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, .. } = body;
+    let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, thickness, .. } = body;
     let minimizer = match minimizer {
         MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
         MinimizerKind::OneStep | MinimizerKind::Newton => Minimizer::OneStep,
@@ -268,7 +268,8 @@ fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> [bool; 2] {
         let count = count as f64;
         law.map_or([k, nu], |law| [k + count * law.stiffness, nu + count * law.damping])
     });
-    [settings.is_stiff(points, mass, sums, dt), settings.has_stiff_springs(mass, sums, dt)]
+    let may_switch = *thickness == 0.0 && settings.has_stiff_springs(mass, sums, dt);
+    [settings.is_stiff(points, mass, sums, dt), may_switch]
 }
 
 /// Points, triangles and springs of each kind of a grid.

@@ -18,7 +18,8 @@ pub(crate) fn resolve(settings: &ClothSettings, network: &Network, dt: f64) -> C
         let is_stiff = settings.is_stiff(network.x.len() as u64, mass, sums, dt);
         settings.solver.preconditioner =
             if is_stiff { PreconditionerKind::TwoLevel } else { PreconditionerKind::BlockJacobi };
-        if !settings.has_stiff_springs(mass, sums, dt) {
+        // Pairs that keep surfaces apart are no part of what patches are made of.
+        if network.thickness > 0.0 || !settings.has_stiff_springs(mass, sums, dt) {
             settings.solver.at_cap = AtCap::Stop;
         }
     } else {
