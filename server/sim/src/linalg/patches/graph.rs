@@ -35,7 +35,7 @@ impl Graph {
             let row = &mut all[starts[i] as usize..starts[i + 1] as usize];
             row.sort_unstable();
             let first = others.len();
-            for other in row {
+            for other in &*row {
                 if others[first..].last() != Some(other) {
                     others.push(*other);
                 }
