@@ -38,8 +38,9 @@ const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
 const COARSE_BLOCK: Cost = cost(48_000.0, 40_000.0);
 const COARSE_TOP: f64 = 0.8e6;
-/// Patches and their factors; of flat cloth a third of it. Where solves come to them late, the first of them takes it.
-const PATCHED_PARTICLE: Cost = cost(3_000.0, 3_000.0);
+/// Patches and their factors, of flat cloth a third of it, and the positions that they were made at. Where solves come to them late,
+/// the first of them takes it.
+const PATCHED_PARTICLE: Cost = cost(3_130.0, 3_130.0);
 const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);

@@ -225,6 +225,7 @@ impl<R: Real> Cloth<R> {
     }
 
     pub(super) fn set_drag(&mut self, drag: f64) {
+        self.state.kept.forget();
         self.parameters.drag = drag;
     }
 
@@ -235,6 +236,7 @@ impl<R: Real> Cloth<R> {
 
     /// Changes the air around it, if it feels any.
     pub(super) fn change_air(&mut self, change: impl Fn(Air) -> Air) {
+        self.state.kept.forget();
         self.parameters.air = self.parameters.air.map(change);
     }
 
@@ -245,6 +247,7 @@ impl<R: Real> Cloth<R> {
         stiffness: Option<f64>,
         damping: Option<f64>,
     ) {
+        self.state.kept.forget();
         for entry in self.parameters.laws.iter_mut().filter(|entry| kind.is_none_or(|k| entry.kind == k)) {
             entry.law.stiffness = stiffness.unwrap_or(entry.law.stiffness);
             entry.law.damping = damping.unwrap_or(entry.law.damping);
@@ -295,7 +298,7 @@ impl<R: Real> Cloth<R> {
 
     /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of
     /// the step before, and where a step goes on from it the state before; of one per pin on its way; of what explicit
-    /// steps gained; and of how many solves ago one came to its cap, if one did.
+    /// steps gained; of how many solves ago one came to its cap, if one did, and of the set-up that is kept.
     pub(super) fn hash(&self) -> u64 {
         let State { x, v, dv, past, .. } = &self.state;
         let numbers = |vector: &Padded<R>| array3(&vector.vector());
@@ -326,7 +329,16 @@ impl<R: Real> Cloth<R> {
         let gained = if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, ratio, motion]) };
         let since = self.state.since_cap;
         let capped = if since == 0 { 0 } else { hash_numbers(self.owner(0), [f64::from(since)]) };
-        particles.wrapping_add(pins).wrapping_add(gained).wrapping_add(capped)
+        let kept = &self.state.kept;
+        let set_up = if kept.positions().is_empty() {
+            0
+        } else {
+            sum_hashes(&self.model.user, |place, user| {
+                let made = hash_numbers(self.owner(*user), kept.numbers());
+                hash_numbers(made, numbers(&kept.positions()[place]))
+            })
+        };
+        particles.wrapping_add(pins).wrapping_add(gained).wrapping_add(capped).wrapping_add(set_up)
     }
 
     /// Number among all particles of one of its own.

@@ -12,6 +12,7 @@ mod spring_sums;
 mod evaluation;
 mod freeze;
 mod step_matrix;
+mod set_up;
 mod moved;
 mod iterate_sums;
 mod workspace;

@@ -6,6 +6,7 @@ use super::{
     iterate_sums::{Leftover, SweepSums},
     moved::Moved,
     numbers::StepNumbers,
+    set_up::SetUp,
 };
 use crate::{
     cloth::{
@@ -15,7 +16,7 @@ use crate::{
         state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
     },
     collide,
-    linalg::{BlockCsr, CgWorkspace, CoarseMatrix, PatchMatrix},
+    linalg::{BlockCsr, CgWorkspace, CoarseMatrix},
     math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
     parallel::{block_count, per_sixteen_mut, size},
 };
@@ -97,7 +98,7 @@ pub struct Workspace<R: Real> {
     /// Of a preconditioner that has a coarse space.
     pub(crate) coarse: CoarseMatrix,
     /// Of a preconditioner that has patches.
-    pub(crate) patches: PatchMatrix,
+    pub(crate) patches: SetUp<R>,
     pub(crate) cg: CgWorkspace<R>,
     /// Products with the matrix since the step of the world began.
     pub(crate) products: u64,

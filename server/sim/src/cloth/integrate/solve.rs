@@ -1,52 +1,26 @@
 //! The linear solve of an implicit step, with the matrix and right-hand side that an evaluation made.
 
-use super::{common_part::CommonPart, mix::Mix, update::Step};
+use super::{
+    at::{At, Guess},
+    common_part::CommonPart,
+    mix::Mix,
+    set_up::{affine, soft},
+    update::Step,
+};
 use crate::{
     cloth::{
         evaluate::{StepMatrix, Workspace, pattern},
-        layout::Model,
         settings::ClothSettings,
     },
     interrupt::Interrupt,
     linalg::{
-        CoarseLayout, LinearOperator, OperatorKind, Outcome, PatchLayout, PreconditionerKind, SolveReport,
-        SolverSettings, Stop, System, solve,
+        LinearOperator, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop, System,
+        solve,
     },
     math::{Padded, Real, Sixteen},
     parallel::{per_sixteen, per_sixteen_mut, size},
     report::{Stage, StepFailure},
 };
-
-/// Which state was evaluated.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum At {
-    /// That at the start of the step: its solve may start from that of the step before.
-    State,
-    /// The same, of which surfaces are kept apart: the solve of a round, counted from 0, with the pairs that push. From the second on it starts
-    /// from that of the round before.
-    Round(u32),
-    /// The iterate in the workspace's `next`.
-    Iterate,
-}
-
-/// Where the solution of a solve starts from.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Guess {
-    Zero,
-    StepBefore,
-    /// The change of velocity that another solve came to: that of the round before, or the one that goes on with patches.
-    Here,
-}
-
-impl At {
-    fn guess(self, settings: &ClothSettings) -> Guess {
-        match self {
-            Self::State | Self::Round(0) if settings.solver.warm_start => Guess::StepBefore,
-            Self::State | Self::Round(0) | Self::Iterate => Guess::Zero,
-            Self::Round(_) => Guess::Here,
-        }
-    }
-}
 
 /// Iterations after which a solve goes on with patches, where it may; or fewer, where its cap is lower.
 const SWITCHED_AFTER: u32 = 200;
@@ -59,7 +33,7 @@ impl<R: Real> Step<'_, R> {
         // What pairs push does not move as one.
         let common = if self.has_rows_of_pairs(at) { None } else { self.take_common_part() };
         let kind = self.choose(settings);
-        self.fill_coarse(at, kind, interrupt);
+        self.set_up(at, kind, interrupt);
         let report = self.solve_on(at, common.as_ref(), (kind, None), settings, interrupt);
         self.give_back(common.as_ref());
         report
@@ -77,7 +51,7 @@ impl<R: Real> Step<'_, R> {
     ) -> (SolveReport, Mix) {
         let common = self.take_common_part();
         let mut kind = self.choose(settings);
-        self.fill_coarse(At::Iterate, kind, interrupt);
+        self.set_up(At::Iterate, kind, interrupt);
         let (mut mix, mut given_up) = (first, None::<SolveReport>);
         let report = loop {
             self.freeze(mix);
@@ -116,7 +90,8 @@ impl<R: Real> Step<'_, R> {
         if *since == 0 { settings.solver.preconditioner } else { PreconditionerKind::Patches }
     }
 
-    /// Solves as [`Self::conjugate`] does, and goes on with patches where that comes to its cap and may.
+    /// Solves as [`Self::conjugate`] does, and goes on with patches that are set up for it where that takes too many iterations
+    /// without, or with others that were kept.
     fn solve_on(
         &mut self,
         at: At,
@@ -126,45 +101,42 @@ impl<R: Real> Step<'_, R> {
         interrupt: &Interrupt,
     ) -> SolveReport {
         let may_switch = settings.may_switch() && self.model.patches.is_some();
-        let may_switch = may_switch && kind != PreconditionerKind::Patches;
-        let stop = match settings.solver.stop {
-            Stop::Residual { tolerance, max_iterations } if may_switch => {
-                Stop::Residual { tolerance, max_iterations: max_iterations.min(SWITCHED_AFTER) }
+        let limit = match kind {
+            PreconditionerKind::Patches => self.limit_of_kept(settings.solver.stop),
+            _ => may_switch.then_some(SWITCHED_AFTER),
+        };
+        let stop = match (settings.solver.stop, limit) {
+            (Stop::Residual { tolerance, max_iterations }, Some(limit)) => {
+                Stop::Residual { tolerance, max_iterations: max_iterations.min(limit) }
             }
-            stop => stop,
+            (stop, _) => stop,
         };
         let solver = SolverSettings { stop, preconditioner: kind, ..settings.solver };
         let report = self.conjugate((at, at.guess(settings)), common, solver, interrupt);
         let is_capped = report.outcome == Outcome::IterationCap && !interrupt.is_requested();
-        if !may_switch || !is_capped {
+        if limit.is_none() || !is_capped {
+            self.note(kind, &report, settings.solver.stop);
             return report;
         }
-        self.work.next.since_cap = 1;
+
+        if kind == PreconditionerKind::Patches {
+            self.work.next.kept.forget();
+        } else {
+            self.work.next.since_cap = 1;
+        }
         let kind = PreconditionerKind::Patches;
         // Patches are made of the tangent that is positive semi-definite.
         if mix.is_some() {
             self.freeze(Mix::ABSOLUTE);
         }
-        self.fill_coarse(at, kind, interrupt);
+        self.set_up(at, kind, interrupt);
         if let Some(mix) = mix {
             self.freeze(mix);
         }
         let solver = SolverSettings { preconditioner: kind, ..settings.solver };
-        self.conjugate((at, Guess::Here), common, solver, interrupt).beside(report)
-    }
-
-    /// Sets up what a preconditioner has on a coarse space, from the tangent as it is frozen.
-    fn fill_coarse(&mut self, at: At, kind: PreconditionerKind, interrupt: &Interrupt) {
-        let (model, state) = (self.model, self.state);
-        let Workspace { evaluation, numbers, next, coarse, patches, scratches, .. } = &mut *self.work;
-        let x = if at == At::Iterate { &next.x } else { &state.x };
-        let matrix = StepMatrix::new((model, &*numbers), x, evaluation, scratches, interrupt);
-        if let Some(layout) = affine(model, kind) {
-            coarse.fill(layout, &|block, blocks| matrix.project(layout, block, blocks));
-        }
-        if let Some(layout) = soft(model, kind) {
-            patches.set_up(layout, &matrix, &evaluation.inverse);
-        }
+        let second = self.conjugate((at, Guess::Here), common, solver, interrupt);
+        self.note(kind, &second, settings.solver.stop);
+        second.beside(report)
     }
 
     /// Solves with the tangent as it is frozen, but for the common part.
@@ -214,8 +186,9 @@ impl<R: Real> Step<'_, R> {
                 &stored
             }
         };
-        let coarse = affine(model, kind).map(|layout| (layout, &*coarse));
-        let patches = soft(model, kind).map(|layout| (layout, &*patches));
+        let (coarse, patches) = (&*coarse, patches.matrix());
+        let coarse = affine(model, kind).map(|layout| (layout, coarse));
+        let patches = soft(model, kind).map(|layout| (layout, patches));
         let system = System { operator, b, inverse, coarse, patches };
         let report = solve(&system, &mut next.dv, &begin, solver, &model.share, cg);
         self.work.products += u64::from(report.products);
@@ -231,16 +204,6 @@ impl<R: Real> Step<'_, R> {
         }
         self.watch.lap(Stage::Solve);
     }
-}
-
-/// The affine functions of a preconditioner, if it has any.
-fn affine<R: Real>(model: &Model<R>, kind: PreconditionerKind) -> Option<&CoarseLayout> {
-    model.coarse.as_ref().filter(|_| kind == PreconditionerKind::TwoLevel)
-}
-
-/// The patches of a preconditioner, if it has any.
-fn soft<R: Real>(model: &Model<R>, kind: PreconditionerKind) -> Option<&PatchLayout> {
-    model.patches.as_ref().filter(|_| kind == PreconditionerKind::Patches)
 }
 
 /// Whether a solve met a curvature that is not positive.

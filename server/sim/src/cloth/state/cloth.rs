@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use std::sync::Arc;
 
-use super::gain::Gain;
+use super::{gain::Gain, kept::Kept};
 use crate::{
     math::{LANES, Padded, Real, Sixteen, Vec3, bytes, vec3},
     parallel::{Share, hash_numbers, size},
@@ -90,6 +90,8 @@ pub struct State<R: Real> {
     pub(crate) gain: Gain,
     /// Solves since one came to its cap and went on with patches, that one counted; 0 where none did.
     pub(crate) since_cap: u32,
+    /// What patches are set up for that the next solves may go on with.
+    pub(crate) kept: Kept<R>,
 }
 
 impl<R: Real> State<R> {
@@ -101,6 +103,7 @@ impl<R: Real> State<R> {
         self.motions.clone_from(&other.motions);
         self.gain = other.gain;
         self.since_cap = other.since_cap;
+        self.kept.follow(&other.kept);
     }
 
     /// Completes its fields on rank 0.
