@@ -3,15 +3,15 @@
 
 use nappe_scene::{NoMeshes, Scene as SceneText, SceneLimits};
 use nappe_sim::{
-    cloth::{ElementKind, ElementList, Network, SpringLaw},
+    cloth::{ElementKind, ElementList, Hessian, Network, SpringLaw},
     linalg::{OperatorKind, Outcome, PreconditionerKind, SolveReport, Stop},
     math::Precision,
     mesh::TriangleMesh,
-    world::{Simulation, WorldSetup},
+    world::{Change, Simulation, WorldSetup},
 };
 use nappe_tests::{
     Scene,
-    networks::{scatter, stiff_sheet},
+    networks::{chain, particles, scatter, stiff_sheet},
     scene::{advance, max_distance, positions},
     threads::with_threads,
 };
@@ -155,6 +155,58 @@ fn bits_do_not_depend_on_threads() {
     let one = on(1);
     for threads in [2, 3, 8] {
         assert_eq!(on(threads), one, "{threads} threads");
+    }
+}
+
+#[test]
+fn odd_bodies_are_stepped() {
+    let line = |count: usize| (0..count).map(|i| [0.1 * i as f64, 0.0, 0.0]).collect::<Vec<_>>();
+    let hung = |stiffness: f64| {
+        let mut network = stiff_sheet(12);
+        network.pins = vec![0, 11];
+        network.springs.iter_mut().for_each(|spring| spring.law.stiffness *= stiffness);
+        network
+    };
+    let mut pinned = hung(1.0);
+    pinned.pins = (0..144).collect();
+    let mut coincident = hung(1.0);
+    coincident.x[14] = coincident.x[13];
+    let mut bodies = vec![
+        ("alone", particles(&line(1), 0.1)),
+        ("three", chain(&line(3), 0.1, 1e4, 0.0, 0.01)),
+        ("chain", chain(&line(100), 0.1, 1e4, 0.0, 0.01)),
+        ("pinned", pinned),
+        ("coincident", coincident),
+    ];
+    bodies.extend([0.0, 1e-7, 1e-3, 1.0, 1e3].map(|stiffness| ("hung", hung(stiffness))));
+    for (name, network) in bodies {
+        for hessian in [Hessian::Absolute, Hessian::Clamped] {
+            let mut scene = Scene::new(network.clone(), 1.0 / 60.0).under([0.0, -9.81, 0.0]);
+            scene.settings.hessian = hessian;
+            scene.settings.solver.preconditioner = PreconditionerKind::Patches;
+            let mut simulation = scene.simulate(Precision::F64);
+            let solve = next_solve(&mut simulation);
+            assert_eq!(solve.outcome, Outcome::Converged, "{name}, {hessian:?}: {solve:?}");
+            assert!(positions(&simulation).as_flattened().iter().all(|x| x.is_finite()), "{name}, {hessian:?}");
+        }
+    }
+}
+
+#[test]
+fn a_change_of_stiffness_makes_patches_anew() {
+    let setup = rippled([40, 35], &springs(12_000.0, 300.0), "preconditioner = \"patches\"");
+    let stiffer = Change::Springs { body: None, kind: None, stiffness: Some(3e4), damping: None };
+    let mut simulation = simulate(&setup);
+    advance(&mut simulation, 3);
+    simulation.apply(std::slice::from_ref(&stiffer)).expect("it has springs");
+    // Its own set-up is gone, and one that begins here has none.
+    let mut other = simulate(&setup);
+    other.apply(&[stiffer]).expect("it has springs");
+    other.put(&simulation.take());
+    for _ in 0..3 {
+        let [one, two] = [&mut simulation, &mut other].map(next_solve);
+        assert_eq!(one, two);
+        assert_eq!(simulation.state_hash(), other.state_hash());
     }
 }
 
