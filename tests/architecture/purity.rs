@@ -52,7 +52,7 @@ const PURITY_EXCEPTIONS: [(&str, &str, &str); 5] = [
     (
         "server/sim/src/parallel/spare.rs",
         "Mutex",
-        "lists that one call to other ranks leaves for the next: it is held while they are taken or put back",
+        "what one call leaves for the next: it is held while that is taken or put back",
     ),
 ];
 

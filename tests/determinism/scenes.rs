@@ -24,12 +24,13 @@ use nappe_tests::{
 pub(crate) const STEPS: u64 = 15;
 
 /// Names of the scenes.
-pub(crate) const NAMES: [&str; 7] = [
+pub(crate) const NAMES: [&str; 8] = [
     "hung_sheet",
     "course_cloth",
     "sheet_on_sphere",
     "carried_chain",
     "coarse_spaces",
+    "soft_functions",
     "sheet_in_air",
     "sheet_in_tray",
 ];
@@ -38,7 +39,7 @@ pub(crate) const NAMES: [&str; 7] = [
 /// from the state is.
 pub(crate) fn methods(name: &str) -> impl Iterator<Item = Method> {
     let iterates_too = ["hung_sheet", "sheet_on_sphere", "sheet_in_air"].contains(&name);
-    let coarse_alone = name == "coarse_spaces";
+    let coarse_alone = ["coarse_spaces", "soft_functions"].contains(&name);
     Method::all().into_iter().filter(move |method| {
         let is_plain =
             method.integrator == Integrator::ImplicitEuler && method.minimizer == Minimizer::OneStep;
@@ -79,15 +80,20 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
             scene.wind = [2.0, -4.0, -1.0];
             scene
         }
-        "coarse_spaces" => Scene::new(folded_sheet(), 4e-4).under(gravity),
+        "coarse_spaces" | "soft_functions" => Scene::new(folded_sheet(), 4e-4).under(gravity),
         other => panic!("no scene is named {other}"),
     }
     .by(method.with(NewtonSettings { tolerance: 1e-3, max_iterations: 5 }, 5));
     scene.settings.block_size = 64;
     scene.settings.solver = SolverSettings::default();
-    if name == "coarse_spaces" {
+    let coarse = match name {
+        "coarse_spaces" => Some(PreconditionerKind::TwoLevel),
+        "soft_functions" => Some(PreconditionerKind::Patches),
+        _ => None,
+    };
+    if let Some(preconditioner) = coarse {
         scene.settings.block_size = 32;
-        scene.settings.solver.preconditioner = PreconditionerKind::TwoLevel;
+        scene.settings.solver.preconditioner = preconditioner;
     }
     scene
 }

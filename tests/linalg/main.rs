@@ -6,5 +6,6 @@ mod dense;
 mod endings;
 mod operators;
 mod two_level;
+mod patches;
 mod minres;
 mod first_indefinite;

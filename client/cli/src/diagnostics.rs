@@ -32,7 +32,13 @@ pub(crate) fn substeps(snow: &v1::SnowDiagnostics) -> String {
 /// How the last step of the scene was divided for the cloths, what limits the next sub-step, and the error made.
 pub(crate) fn cloth_steps(cloth: &v1::ClothSteps) -> String {
     let at = cloth.bound_particle.map_or_else(String::new, |particle| format!(" at particle {particle}"));
-    let solved = cloth.preconditioner.as_ref().map_or_else(String::new, |kind| format!("; solves: {kind}"));
+    let far = if cloth.solve_error_m > 0.0 {
+        format!(", at their cap about {:.1e} m off", cloth.solve_error_m)
+    } else {
+        String::new()
+    };
+    let solved =
+        cloth.preconditioner.as_ref().map_or_else(String::new, |kind| format!("; solves: {kind}{far}"));
     format!(
         "{} per step, dt {}; bound: {}{at}; error {:.1e} m (largest {:.1e} m){solved}",
         output::count(cloth.substeps.into()),

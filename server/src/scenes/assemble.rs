@@ -5,7 +5,7 @@
 
 use nappe_scene::{Built, ErrorKind, Scene, SceneErrors, SceneLimits, SceneSize};
 
-use nappe_sim::math::Precision;
+use nappe_sim::{linalg::AtCap, math::Precision};
 
 use super::{estimate::Estimate, mesh_store::MeshStore};
 use crate::{
@@ -52,11 +52,26 @@ pub(crate) fn assemble_scene(
     let size = at_most(scene.size(meshes), limits);
     let estimate = Estimate::of(&size, precision, asked.thread_count);
     estimate.claim(memory, limits)?;
+    let patch_bytes = estimate.claim_patches(memory);
 
     let bounds = SceneLimits { max_particles: limits.max_particles, max_springs: limits.max_springs };
-    let built = scene.build(meshes, &bounds).map_err(|error| service_error(&error))?;
+    let mut built = scene.build(meshes, &bounds).map_err(|error| service_error(&error))?;
+    if patch_bytes < estimate.patch_bytes {
+        go_without_patches(&mut built, estimate.patch_bytes);
+    }
     let session_bytes = estimate.session_bytes.saturating_add(limits.history_bytes_per_session);
+    let session_bytes = session_bytes.saturating_add(patch_bytes);
     Ok(Assembled { scene, built, session_bytes, snow_bytes: estimate.snow_bytes })
+}
+
+/// Lets solves that come to their cap end there, for want of memory.
+fn go_without_patches(built: &mut Built, bytes: u64) {
+    for body in &mut built.setup.bodies {
+        body.settings.solver.at_cap = AtCap::Stop;
+    }
+    built.warnings.push(format!(
+        "solves that come to their cap end there: the {bytes} bytes that the preconditioner patches may take are not left"
+    ));
 }
 
 /// Counts up to the limits: beyond them, building refuses the scene with the place of what is too much.
@@ -68,6 +83,8 @@ fn at_most(size: SceneSize, limits: &Limits) -> SceneSize {
         iterated_particles: size.iterated_particles.min(limits.max_particles),
         divided_particles: size.divided_particles.min(limits.max_particles),
         coarse_blocks: size.coarse_blocks.min(limits.max_particles),
+        patched_particles: size.patched_particles.min(limits.max_particles),
+        switching_particles: size.switching_particles.min(limits.max_particles),
         springs: size.springs.min(limits.max_springs),
         mesh_springs: size.mesh_springs.min(limits.max_springs),
         ..size

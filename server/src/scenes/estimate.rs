@@ -38,6 +38,9 @@ const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
 const COARSE_BLOCK: Cost = cost(48_000.0, 40_000.0);
 const COARSE_TOP: f64 = 0.8e6;
+/// Patches and their factors, of flat cloth a third of it, and the positions that they were made at. Where solves come to them late,
+/// the first of them takes it.
+const PATCHED_PARTICLE: Cost = cost(3_130.0, 3_130.0);
 const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
@@ -69,6 +72,8 @@ pub(crate) struct Estimate {
     pub(crate) session_bytes: u64,
     /// Those of them that the snow takes.
     pub(crate) snow_bytes: u64,
+    /// Bytes that solves may take beside, if there are as many: where they come to their cap.
+    pub(crate) patch_bytes: u64,
     /// Seconds of its building.
     pub(crate) seconds: f64,
 }
@@ -85,6 +90,7 @@ impl Estimate {
             (size.iterated_particles, by(ITERATED_PARTICLE)),
             (size.divided_particles, by(DIVIDED_PARTICLE)),
             (size.coarse_blocks, COARSE_BLOCK),
+            (size.patched_particles, PATCHED_PARTICLE),
             (size.springs, by(SPRING)),
             (size.mesh_springs, MESH_SPRING),
             (size.triangles, TRIANGLE),
@@ -116,6 +122,7 @@ impl Estimate {
             build_bytes: (fixed + sum(|cost| cost.build.max(cost.session))) as u64,
             session_bytes: (fixed + sum(|cost| cost.session)) as u64,
             snow_bytes: (grid + size.snow_particles as f64 * by(SNOW_PARTICLE).session) as u64,
+            patch_bytes: (size.switching_particles as f64 * PATCHED_PARTICLE.session) as u64,
             seconds: 1e-9 * nanoseconds,
         }
     }
@@ -144,6 +151,18 @@ impl Estimate {
     }
 }
 
+impl Estimate {
+    /// Takes the memory of solves that come to their cap, after that of the build: returns how much it took, all or nothing.
+    pub(crate) fn claim_patches(&self, memory: &Claim) -> u64 {
+        let bytes = self.patch_bytes;
+        let is_taken = memory.grow(bytes).is_ok_and(|()| {
+            let untaken = memory.of_all() / UNTAKEN_SHARE;
+            probe(bytes.saturating_add(untaken).saturating_add(SPARE)).is_ok()
+        });
+        if is_taken { bytes } else { 0 }
+    }
+}
+
 /// Asks the system for memory that is given back at once: where it has none, the session that asked is refused. An
 /// allocation that failed in the middle of a build, or of another session's step, would end the process.
 fn probe(bytes: u64) -> Result<(), ServiceError> {
@@ -167,6 +186,8 @@ mod tests {
         iterated_particles: 0,
         divided_particles: 1000,
         coarse_blocks: 0,
+        patched_particles: 0,
+        switching_particles: 0,
         springs: 6000,
         mesh_springs: 0,
         triangles: 2000,

@@ -31,9 +31,11 @@ pub(super) fn add(before: v1::Notices, report: &StepReport) -> (v1::Notices, Vec
 
 fn capped(report: &StepReport) -> String {
     let residual = report.solve.map_or(f64::NAN, |solve| solve.relative_residual);
+    let far = report.cloth.map_or(0.0, |cloth| cloth.error.of_solve);
+    let far = if far > 0.0 { format!(", about {far:.1e} m off") } else { String::new() };
     format!(
         "step {}: the linear solver stopped at its largest number of iterations, above its tolerance (relative residual \
-         {residual:.1e}): allow more with max_iterations, or shorten dt",
+         {residual:.1e}{far}): allow more with max_iterations, or shorten dt",
         report.step
     )
 }

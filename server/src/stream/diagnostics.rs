@@ -110,6 +110,7 @@ fn cloth(steps: &ClothSteps) -> v1::ClothSteps {
         error_rms: steps.error.rms,
         error_largest: steps.error.largest,
         preconditioner: steps.preconditioner.map(|kind| kind.name().to_owned()),
+        solve_error_m: steps.error.of_solve,
     }
 }
 

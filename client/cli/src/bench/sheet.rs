@@ -89,6 +89,28 @@ pub(crate) fn stiff(side: usize) -> Network {
     network
 }
 
+/// Distance between neighbours of the rippled sheet (m), its mass (kg/m²), and the height of its ripples (m).
+const RIPPLED_SPACING: f64 = 0.008;
+const RIPPLED_DENSITY: f64 = 0.15;
+const RIPPLE: f64 = 0.002;
+
+/// A stiff sheet of so many columns and 13/15 as many rows, with ripples of two and a half columns, that hangs by two corners: it
+/// folds along every ripple, at each end of which something else is stiff.
+pub(crate) fn rippled(columns: usize) -> Network {
+    let rows = columns * 13 / 15;
+    let law = |stiffness: f64| SpringLaw { stiffness, damping: 0.0 };
+    let rules = SpringRules { stretch: law(12e3), shear: Some(law(12e3)), bend: Some(law(300.0)) };
+    let mut mesh = TriangleMesh::grid(columns, rows, RIPPLED_SPACING);
+    for (i, point) in mesh.points.iter_mut().enumerate() {
+        let [x, _, z] = *point;
+        *point = [x, -z, RIPPLE * (-2.5 * (i % columns) as f64).sin()];
+    }
+    let mass = RIPPLED_DENSITY * RIPPLED_SPACING * RIPPLED_SPACING;
+    let mut network = Network::from_lattice(&mesh, [columns, rows], &rules, mass);
+    network.pins = vec![0, columns as u32 - 1];
+    network
+}
+
 /// The world of a stiff sheet, stepped with this solver.
 pub(crate) fn stiff_world(network: &Network, solver: SolverSettings) -> WorldSetup {
     world_of(network.clone(), ClothSettings { solver, ..ClothSettings::default() }, STIFF_DT)

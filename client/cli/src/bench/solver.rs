@@ -1,11 +1,11 @@
-//! `nappe bench solver`: linear solves of a stiff sheet with each preconditioner. To two tolerances, on one
+//! `nappe bench solver`: linear solves of stiff sheets, wavy and rippled, with each preconditioner. To two tolerances, on one
 //! thread and on all, straight on the simulation library.
 
 use clap::Args;
 use nappe_server::numbers::whole;
 use nappe_sim::{
     cloth::Network,
-    linalg::{OperatorKind, Outcome, PreconditionerKind, SolverSettings, Stop},
+    linalg::{AtCap, OperatorKind, Outcome, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     report::Stage,
 };
@@ -21,12 +21,15 @@ use crate::{
     output::{self, Column, Format, OutputArgs},
 };
 
-/// Stiff wavy sheets: iterations and seconds of a solve, without and with a coarse space, to two tolerances
+/// Stiff sheets, wavy and rippled: iterations and seconds of a solve, without and with coarse spaces, to two tolerances
 #[derive(Args, Debug)]
 pub(crate) struct SolverArgs {
-    /// Particles along a side of each sheet
+    /// Particles along a side of each wavy sheet
     #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [60, 120, 240], value_parser = whole::<u32>(8..=1000))]
     sides: Vec<u32>,
+    /// Columns of each rippled sheet, which has 13/15 as many rows
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [150], value_parser = whole::<u32>(8..=1000))]
+    rippled: Vec<u32>,
     /// Relative residuals that solves go to
     #[arg(long, value_name = "T,...", value_delimiter = ',', default_values_t = [1e-3, 1e-8], value_parser = tolerance)]
     tolerances: Vec<f64>,
@@ -50,6 +53,8 @@ fn tolerance(text: &str) -> std::result::Result<f64, String> {
 struct SolverRow {
     #[serde(flatten)]
     row: Row,
+    /// Wavy or rippled.
+    sheet: &'static str,
     /// Residual over that of a solution of 0, in the norm of the preconditioner.
     tolerance: f64,
     /// Median over solves.
@@ -69,15 +74,22 @@ const MAX_ITERATIONS: u32 = 20_000;
 /// When a run fails.
 pub(crate) fn run(args: &SolverArgs) -> Result<()> {
     let mut rows = Vec::new();
-    for side in &args.sides {
-        let network = sheet::stiff(*side as usize);
+    let wavy = args.sides.iter().map(|side| ("wavy", sheet::stiff(*side as usize)));
+    let rippled = args.rippled.iter().map(|columns| ("rippled", sheet::rippled(*columns as usize)));
+    for (sheet, network) in wavy.chain(rippled) {
         for precision in Precision::ALL {
             // A residual below the roundings of the precision is none.
             let least = if precision == Precision::F32 { 1e-6 } else { 0.0 };
             for tolerance in args.tolerances.iter().copied().filter(|tolerance| *tolerance >= least) {
-                output::note(&format!("{side} x {side}, {precision}, to {tolerance:e} ..."));
-                for preconditioner in [PreconditionerKind::BlockJacobi, PreconditionerKind::TwoLevel] {
-                    rows.extend(measure(args, &network, precision, tolerance, preconditioner)?);
+                let particles = output::count(network.x.len() as u64);
+                output::note(&format!("{sheet}, {particles} particles, {precision}, to {tolerance:e} ..."));
+                for preconditioner in [
+                    PreconditionerKind::BlockJacobi,
+                    PreconditionerKind::TwoLevel,
+                    PreconditionerKind::Patches,
+                ] {
+                    let kind = (precision, tolerance, preconditioner);
+                    rows.extend(measure(args, (sheet, &network), kind)?);
                 }
             }
         }
@@ -88,31 +100,28 @@ pub(crate) fn run(args: &SolverArgs) -> Result<()> {
     }
 }
 
-fn measure(
-    args: &SolverArgs,
-    network: &Network,
-    precision: Precision,
-    tolerance: f64,
-    preconditioner: PreconditionerKind,
-) -> Result<Vec<SolverRow>> {
+/// Precision, tolerance and preconditioner of solves.
+type Kind = (Precision, f64, PreconditionerKind);
+
+fn measure(args: &SolverArgs, (sheet, network): (&'static str, &Network), kind: Kind) -> Result<Vec<SolverRow>> {
+    let (precision, tolerance, preconditioner) = kind;
     let solver = SolverSettings {
         stop: Stop::Residual { tolerance, max_iterations: MAX_ITERATIONS },
         preconditioner,
+        at_cap: AtCap::Stop,
         operator: OperatorKind::MatrixFree,
         warm_start: false,
     };
     let setup = sheet::stiff_world(network, solver);
     let steps = StepCounts { warm_up: 1, timed: args.repetitions as usize };
     let timings = timings::measure(&setup, precision, &thread_counts(args.threads), steps)?;
-    let row = |timing: &Timing| solver_row(network, precision, tolerance, preconditioner, timing);
+    let row = |timing: &Timing| solver_row((sheet, network.x.len()), kind, timing);
     Ok(timings.iter().map(row).collect())
 }
 
 fn solver_row(
-    network: &Network,
-    precision: Precision,
-    tolerance: f64,
-    preconditioner: PreconditionerKind,
+    (sheet, particles): (&'static str, usize),
+    (precision, tolerance, preconditioner): Kind,
     timing: &Timing,
 ) -> SolverRow {
     let solve = Stage::ALL.iter().position(|stage| *stage == Stage::Solve).expect("ALL holds every stage");
@@ -122,7 +131,7 @@ fn solver_row(
     SolverRow {
         row: Row {
             name: format!("solver/{}", preconditioner.name()),
-            particles: network.x.len(),
+            particles,
             threads: timing.threads,
             precision: precision.name(),
             median_seconds,
@@ -130,6 +139,7 @@ fn solver_row(
             rate: 1.0 / median_seconds,
             unit: "solves/s",
         },
+        sheet,
         tolerance,
         iterations: sample::median(solves().map(|solve| f64::from(solve.iterations))).round() as u32,
         products: sample::median(solves().map(|solve| f64::from(solve.products))).round() as u32,
@@ -139,6 +149,7 @@ fn solver_row(
 
 fn text(rows: &[SolverRow]) -> String {
     let columns = [
+        Column::Left("sheet"),
         Column::Left("preconditioner"),
         Column::Right("particles"),
         Column::Left("precision"),
@@ -153,13 +164,15 @@ fn text(rows: &[SolverRow]) -> String {
         .iter()
         .map(|row| {
             let slow = rows.iter().find(|other| {
-                other.row.particles == row.row.particles
+                other.sheet == row.sheet
+                    && other.row.particles == row.row.particles
                     && other.row.precision == row.row.precision
                     && other.row.threads == row.row.threads
                     && other.tolerance.to_bits() == row.tolerance.to_bits()
             });
             let ratio = slow.map_or(f64::NAN, |slow| slow.row.median_seconds / row.row.median_seconds);
             vec![
+                row.sheet.to_owned(),
                 row.row.name.trim_start_matches("solver/").to_owned(),
                 output::count(row.row.particles as u64),
                 row.row.precision.to_owned(),
@@ -173,7 +186,8 @@ fn text(rows: &[SolverRow]) -> String {
         })
         .collect();
     format!(
-        "Solves of a square metre of stiff cloth (dt 1/60 s), from zero; seconds of the solve, the coarse matrix of two_level included.\n\n{}",
+        "Solves of stiff cloth (dt 1/60 s), from zero; seconds of the solve, with the coarse matrix of two_level and with the set-up of \
+         patches where that of a step before does not serve.\n\n{}",
         output::table(&columns, &cells)
     )
 }

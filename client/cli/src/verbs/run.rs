@@ -28,11 +28,11 @@ one and removes the session afterwards. A scene without an end runs until Ctrl-C
 
 With --json the last line is one object: scene, steps, time (s), seconds (wall clock spent stepping),
 state_hash (16 hexadecimal digits), energy (J), max_stretch, external_work (J, of air and given forces in
-the last step), cloth (null, or substeps, rejected, dt_seconds,
-bound, bound_particle, bound_seconds, error_rms and error_largest of the last step), surface (null, or
-pairs, active, rounds, least_gap_m, failed and crossings of the last step), snow (null, or substeps,
-dt_seconds, bound, plastic_count and the other diagnostics of the snow's last step), loads (name, force in N,
-torque in N m and contacts of each collider in the last step), poses (name, position in m and turn of each
+the last step), cloth (null, or substeps, rejected, dt_seconds, bound, bound_particle, bound_seconds,
+error_rms, error_largest, preconditioner and solve_error_m of the last step), surface (null, or pairs, active,
+rounds, least_gap_m, failed and crossings of the last step), snow (null, or substeps, dt_seconds, bound,
+plastic_count and the other diagnostics of the snow's last step), loads (name, force in N, torque in N m and
+contacts of each collider in the last step), poses (name, position in m and turn of each
 collider at the end, the turn a quaternion x, y, z, w), notices (counts of what makes the results doubtful),
 diverged (null, or step, particle, cause), and interrupted, particles, springs, threads, precision, dt, frames,
 saved.")]

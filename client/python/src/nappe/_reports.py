@@ -50,6 +50,9 @@ class ClothSteps:
     preconditioner: str | None
     """Preconditioner of the linear solves, as scenes name it: what "auto" chose, where the scene leaves the choice.
     None where no linear system is solved."""
+    solve_error_m: float
+    """What both errors count of linear solves that ended at their cap, above their tolerance: about how far the
+    particle is off (m) that is furthest off. 0 where none did."""
 
 
 @dataclass(frozen=True)

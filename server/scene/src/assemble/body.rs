@@ -7,7 +7,7 @@ use nappe_sim::{
         self, ClothSettings, ElementList, Minimizer, MinimizerKind, Network, NewtonSettings, OnPass, Spring,
         SpringKind, SpringRules, StateLimits, SurfaceSettings,
     },
-    linalg::{SolverSettings, Stop},
+    linalg::{AtCap, SolverSettings, Stop},
     mesh::TriangleMesh,
     time_step::TimeStep,
     world::{BodySetup, Change},
@@ -317,6 +317,7 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
         solver: SolverSettings {
             stop,
             preconditioner: body.solver.preconditioner,
+            at_cap: AtCap::default(),
             operator: body.solver.operator,
             warm_start: body.solver.warm_start,
         },

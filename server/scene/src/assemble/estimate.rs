@@ -46,6 +46,9 @@ pub struct SceneSize {
     pub divided_particles: u64,
     /// Blocks of particles whose preconditioner has a coarse space.
     pub coarse_blocks: u64,
+    /// Particles whose solves are preconditioned with patches, and others whose solves may come to them.
+    pub patched_particles: u64,
+    pub switching_particles: u64,
     /// Springs of cloth.
     pub springs: u64,
     /// Of these, springs of bodies whose springs follow from a mesh, which is sorted for them.
@@ -140,11 +143,17 @@ impl SceneSize {
         if integrator.is_implicit() && !(solves_once && integrator == Integrator::ImplicitEuler) {
             self.iterated_particles = self.iterated_particles.saturating_add(points);
         }
-        let is_coarse = match preconditioner {
-            PreconditionerKind::TwoLevel => true,
+        let [is_coarse, may_switch] = match preconditioner {
+            PreconditionerKind::TwoLevel => [true, false],
             PreconditionerKind::Auto => is_stiff(body, points, kinds, scene),
-            _ => false,
+            _ => [false; 2],
         };
+        if integrator.is_implicit() && preconditioner == PreconditionerKind::Patches {
+            self.patched_particles = self.patched_particles.saturating_add(points);
+        }
+        if integrator.is_implicit() && may_switch {
+            self.switching_particles = self.switching_particles.saturating_add(points);
+        }
         if integrator.is_implicit() && is_coarse {
             let blocks = points.div_ceil(body.block_size.max(1) as u64);
             self.coarse_blocks = self.coarse_blocks.saturating_add(blocks);
@@ -227,9 +236,10 @@ fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
     first + second
 }
 
-/// Whether the preconditioner `auto` is `two_level`: where the mass is not known before the mesh is, it may be.
-fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], scene: &Scene) -> bool {
-    let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, .. } = body;
+/// Whether the preconditioner `auto` is `two_level`, and whether solves may come to patches: where the mass is not known before
+/// the mesh is, both may be.
+fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], scene: &Scene) -> [bool; 2] {
+    let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, thickness, .. } = body;
     let minimizer = match minimizer {
         MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
         MinimizerKind::OneStep | MinimizerKind::Newton => Minimizer::OneStep,
@@ -261,7 +271,8 @@ fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], scene: &Scene) -> bool {
     // Bodies with a thickness are one cloth, which may have more particles than a block where none of them has.
     let is_thick = |body: &&Body| body.thickness > 0.0;
     let is_joined = is_thick(&body) && scene.bodies.iter().filter(is_thick).nth(1).is_some();
-    settings.is_stiff(if is_joined { u64::MAX } else { points }, mass, sums, scene.dt)
+    let may_switch = *thickness == 0.0 && settings.has_stiff_springs(mass, sums, scene.dt);
+    [settings.is_stiff(if is_joined { u64::MAX } else { points }, mass, sums, scene.dt), may_switch]
 }
 
 /// Points, triangles and springs of each kind of a grid.

@@ -183,7 +183,7 @@ static SOLVER: Section = Section {
         key("tolerance", Number(Range(1e-15, 0.5)), "", Absent("1e-4, unless fixed_iterations is given; 0.01 with newton"), "stops at |r| <= tolerance |b|, in the norm of the preconditioner"),
         key("max_iterations", Whole(1, 1_000_000), "iterations", Absent("200, unless fixed_iterations is given; 2000 with newton"), "cap on iterations"),
         key("fixed_iterations", Whole(1, 1_000_000), "iterations", Absent("stops by tolerance"), "number of iterations (fewer if rounding stops progress); excludes tolerance and max_iterations"),
-        key("preconditioner", Choice(|| PreconditionerKind::ALL.map(PreconditionerKind::name).to_vec()), "", Default("\"auto\""), "approximate inverse. auto: two_level for stiff bodies of more than one block (h^2 k + h nu of a particle's springs above some 1000 times its mass) whose solves end by a tolerance, else block_jacobi"),
+        key("preconditioner", Choice(|| PreconditionerKind::ALL.map(PreconditionerKind::name).to_vec()), "", Default("\"auto\""), "approximate inverse. auto: two_level for stiff bodies of more than one block (h^2 k + h nu of a particle's springs above some 1000 times its mass) whose solves end by a tolerance, else block_jacobi; patches from where a solve of stiff cloth comes to 200 iterations"),
         key("operator", Choice(|| OperatorKind::ALL.map(OperatorKind::name).to_vec()), "", Default("\"matrix_free\""), "how the matrix is applied"),
         key("warm_start", Flag, "", Default("false"), "start from the solution of the step before"),
     ],

@@ -77,6 +77,11 @@ fn what_cannot_be_kept_apart_is_refused_with_its_key() {
             "thickness = 0.01\nsolver = { operator = \"assembled\" }",
             "body[0].thickness: is 0.01 m, and the operator is assembled",
         ),
+        (
+            "",
+            "thickness = 0.01\nsolver = { preconditioner = \"patches\" }",
+            "body[0].thickness: is 0.01 m, and the preconditioner is patches",
+        ),
         ("contact = { friction = -0.1 }", "", "contact.friction: is -0.1"),
         ("contact = { surface = \"never\" }", "", "contact.surface"),
         ("contact = { thickness = 0.1 }", "", "contact.thickness"),

@@ -4,7 +4,10 @@ use super::{
     coarse::CoarseInverse,
     sixteens::{block_sums, subtract_scaled},
 };
-use crate::math::{Padded, Real, Sixteen, Vec3};
+use crate::{
+    math::{Padded, Real, Sixteen, Vec3},
+    parallel::Share,
+};
 
 /// A square matrix of 3 x 3 blocks, applied block of rows by block of rows.
 pub trait LinearOperator<R: Real>: Sync {
@@ -45,4 +48,33 @@ pub trait Preconditioner<R: Real>: Sync {
     fn coarse(&self) -> Option<CoarseInverse<'_>> {
         None
     }
+
+    /// What it is, where it is not applied row by row; nothing is added to it then.
+    fn whole(&self) -> Option<&dyn WholePreconditioner<R>> {
+        None
+    }
+}
+
+/// Scratch vectors of a preconditioner that makes products with the matrix.
+#[derive(Clone, Debug, Default)]
+pub struct Room<R: Real> {
+    /// What products are made with.
+    pub(crate) z: Vec<Padded<R>>,
+    /// What they come to.
+    pub(crate) product: Vec<Sixteen<R>>,
+}
+
+/// An approximate inverse that products with the matrix are a part of, and that is applied to whole vectors.
+pub trait WholePreconditioner<R: Real>: Sync {
+    /// Writes z = M⁻¹ r in the blocks of a share, and of each r.z and the sum of `|r_c z_c|` over components. Returns how many
+    /// products it made.
+    fn apply(
+        &self,
+        a: &dyn LinearOperator<R>,
+        share: &Share,
+        r: &[Sixteen<R>],
+        z: &mut [Sixteen<R>],
+        partials: &mut [[f64; 2]],
+        room: &mut Room<R>,
+    ) -> u32;
 }

@@ -171,6 +171,13 @@ impl Inverse3 {
         }
     }
 
+    /// C with A⁻¹ = Cᵀ C of one of the matrices: a lower triangle, by rows.
+    pub(crate) fn root(&self, lane: usize) -> [[f64; 3]; 3] {
+        let [yx, zx, zy] = three!(|i| f64::from(self.below[i][lane]));
+        let [x, y, z] = three!(|i| f64::from(self.pivots[i][lane]).sqrt());
+        [[x, 0.0, 0.0], [y * yx, y, 0.0], [z * zx, z * zy, z]]
+    }
+
     /// Products with sixteen vectors.
     #[inline(always)]
     pub(crate) fn times<P: Pack>(&self, v: [P; 3]) -> [P; 3] {

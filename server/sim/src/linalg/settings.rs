@@ -30,15 +30,18 @@ pub enum PreconditionerKind {
     BlockJacobi,
     /// The same and, added to it, an inverse on affine functions of the parts of each block of particles.
     TwoLevel,
-    /// One of the last two, chosen when a cloth is built: by its size, stiffness and damping and the step alone.
+    /// The inverse 3 x 3 blocks before and after an inverse on the soft functions of small patches of particles.
+    Patches,
+    /// Block Jacobi or two levels, chosen when a cloth is built: by its size, stiffness and damping and the step alone; and
+    /// patches from where a solve comes to its cap.
     #[default]
     Auto,
 }
 
 impl PreconditionerKind {
     /// Every kind, the simplest first.
-    pub const ALL: [Self; 5] =
-        [Self::Identity, Self::Diagonal, Self::BlockJacobi, Self::TwoLevel, Self::Auto];
+    pub const ALL: [Self; 6] =
+        [Self::Identity, Self::Diagonal, Self::BlockJacobi, Self::TwoLevel, Self::Patches, Self::Auto];
 
     /// Its name in scene files.
     pub const fn name(self) -> &'static str {
@@ -47,6 +50,7 @@ impl PreconditionerKind {
             Self::Diagonal => "diagonal",
             Self::BlockJacobi => "block_jacobi",
             Self::TwoLevel => "two_level",
+            Self::Patches => "patches",
             Self::Auto => "auto",
         }
     }
@@ -75,6 +79,16 @@ impl OperatorKind {
     }
 }
 
+/// What becomes of a solve that comes to its cap, where the preconditioner is chosen by the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum AtCap {
+    /// It ends there.
+    Stop,
+    /// It goes on from there with patches, for which there is memory, and the solves after it begin with them.
+    #[default]
+    Patches,
+}
+
 /// Settings of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolverSettings {
@@ -82,6 +96,8 @@ pub struct SolverSettings {
     pub stop: Stop,
     /// Approximate inverse that residuals are multiplied by.
     pub preconditioner: PreconditionerKind,
+    /// What becomes of it at the cap; of [`PreconditionerKind::Auto`] alone.
+    pub at_cap: AtCap,
     /// How the matrix is applied.
     pub operator: OperatorKind,
     /// Start from the solution of the step before instead of 0.
@@ -93,6 +109,7 @@ impl Default for SolverSettings {
         Self {
             stop: Stop::Residual { tolerance: 1e-4, max_iterations: 200 },
             preconditioner: PreconditionerKind::default(),
+            at_cap: AtCap::default(),
             operator: OperatorKind::default(),
             warm_start: false,
         }

@@ -4,6 +4,7 @@ use super::{
     cg::{CgWorkspace, conjugate_gradient},
     coarse::{CoarseLayout, CoarseMatrix},
     operator::{LinearOperator, Preconditioner},
+    patches::{PatchLayout, PatchMatrix, Patches},
     precondition::{BlockJacobi, Identity, Inverse3},
     settings::{Outcome, PreconditionerKind, SolveReport, SolverSettings},
     two_level::TwoLevel,
@@ -23,6 +24,8 @@ pub(crate) struct System<'a, R: Real> {
     pub(crate) inverse: &'a [Inverse3],
     /// The coarse space and the matrix on it; of a preconditioner that has one.
     pub(crate) coarse: Option<(&'a CoarseLayout, &'a CoarseMatrix)>,
+    /// Patches that were set up; of a preconditioner that has them.
+    pub(crate) patches: Option<(&'a PatchLayout, &'a PatchMatrix)>,
 }
 
 /// Solves a system for `x`, of which `begin` writes the first guess where a solve starts warm. Where a coarse space fails, since of an indefinite matrix it
@@ -38,7 +41,7 @@ pub(crate) fn solve<R: Real>(
     share: &Share,
     work: &mut CgWorkspace<R>,
 ) -> SolveReport {
-    let System { operator, b, inverse, coarse } = *system;
+    let System { operator, b, inverse, coarse, patches } = *system;
     let jacobi = BlockJacobi(inverse);
     let mut run = |preconditioner: &dyn Preconditioner<R>| {
         begin(x);
@@ -52,6 +55,11 @@ pub(crate) fn solve<R: Real>(
         PreconditionerKind::TwoLevel => {
             let (layout, matrix) = coarse.expect("laid out for these settings");
             let report = run(&TwoLevel::new(inverse, layout, matrix));
+            if is_unfit(report.outcome) { run(&jacobi).beside(report) } else { report }
+        }
+        PreconditionerKind::Patches => {
+            let (layout, matrix) = patches.expect("laid out for these settings");
+            let report = run(&Patches::new(inverse, layout, matrix));
             if is_unfit(report.outcome) { run(&jacobi).beside(report) } else { report }
         }
     };

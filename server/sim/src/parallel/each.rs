@@ -115,6 +115,13 @@ pub(crate) fn thread_number() -> usize {
     rayon::current_thread_index().unwrap_or(0)
 }
 
+/// Does work on so many threads.
+#[cfg(test)]
+pub(crate) fn on_threads<T: Send>(count: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool of few threads");
+    pool.install(work)
+}
+
 /// Sorts by all threads. Equal elements may change places.
 pub(super) fn sort<T: Ord + Send>(list: &mut [T]) {
     list.par_sort_unstable();
@@ -318,15 +325,10 @@ parts_of_tuples! {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
     use super::*;
-
-    pub(crate) fn on_threads(count: usize, work: impl FnOnce() + Send) {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool of few threads");
-        pool.install(work);
-    }
 
     #[test]
     fn every_block_gets_its_part_of_every_field_once() {

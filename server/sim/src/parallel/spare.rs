@@ -1,19 +1,53 @@
 //! What a call needs while it runs, kept for the next one.
 
-use std::sync::{Mutex, PoisonError};
+use std::{
+    ops::{Deref, DerefMut},
+    sync::{Mutex, PoisonError},
+};
 
-/// Keeps a value between calls. Calls that run at the same time would each have one of their own, of which the last is kept.
+/// Keeps values between calls: as many as calls have run at the same time.
 #[derive(Debug, Default)]
-pub(super) struct Spare<T>(Mutex<T>);
+pub(crate) struct Spare<T>(Mutex<Vec<T>>);
+
+/// A value that goes back by itself.
+pub(crate) struct Lent<'a, T: Default> {
+    spare: &'a Spare<T>,
+    value: T,
+}
 
 impl<T: Default> Spare<T> {
-    /// What the call before has left; to be put back.
-    pub(super) fn take(&self) -> T {
-        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    /// What a call before has left, or a new value; to be put back.
+    pub(crate) fn take(&self) -> T {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
     }
 
     /// Keeps it for the next call.
-    pub(super) fn put(&self, value: T) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = value;
+    pub(crate) fn put(&self, value: T) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(value);
+    }
+
+    /// The same as [`Self::take`], of a value that is put back when it is dropped.
+    pub(crate) fn lend(&self) -> Lent<'_, T> {
+        Lent { spare: self, value: self.take() }
+    }
+}
+
+impl<T: Default> Deref for Lent<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+impl<T: Default> DerefMut for Lent<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.value
+    }
+}
+
+impl<T: Default> Drop for Lent<'_, T> {
+    fn drop(&mut self) {
+        self.spare.put(std::mem::take(&mut self.value));
     }
 }

@@ -247,6 +247,7 @@ impl<R: Real> Cloth<R> {
     }
 
     pub(super) fn set_drag(&mut self, drag: f64) {
+        self.state.kept.forget();
         self.parameters.drag = drag;
     }
 
@@ -257,6 +258,7 @@ impl<R: Real> Cloth<R> {
 
     /// Changes the air around it, if it feels any.
     pub(super) fn change_air(&mut self, change: impl Fn(Air) -> Air) {
+        self.state.kept.forget();
         self.parameters.air = self.parameters.air.map(change);
     }
 
@@ -269,8 +271,9 @@ impl<R: Real> Cloth<R> {
         stiffness: Option<f64>,
         damping: Option<f64>,
     ) {
-        let Self { parts, parameters, .. } = self;
+        let Self { parts, parameters, state, .. } = self;
         for part in parts.iter().filter(|part| name.is_none_or(|name| part.name == name)) {
+            state.kept.forget();
             let laws = parameters.laws[part.laws.clone()].iter_mut();
             for entry in laws.filter(|entry| kind.is_none_or(|kind| entry.kind == kind)) {
                 entry.law.stiffness = stiffness.unwrap_or(entry.law.stiffness);
@@ -322,8 +325,8 @@ impl<R: Real> Cloth<R> {
     }
 
     /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of
-    /// the step before, and where a step goes on from it the state before; of one per pin on its way; and of what explicit
-    /// steps gained.
+    /// the step before, and where a step goes on from it the state before; of one per pin on its way; of what explicit
+    /// steps gained; of how many solves ago one came to its cap, if one did, and of the set-up that is kept.
     pub(super) fn hash(&self) -> u64 {
         let State { x, v, dv, past, .. } = &self.state;
         let numbers = |vector: &Padded<R>| array3(&vector.vector());
@@ -352,7 +355,18 @@ impl<R: Real> Cloth<R> {
         });
         let Gain { energy, ratio, motion } = self.state.gain;
         let gained = if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, ratio, motion]) };
-        particles.wrapping_add(pins).wrapping_add(gained)
+        let since = self.state.since_cap;
+        let capped = if since == 0 { 0 } else { hash_numbers(self.owner(0), [f64::from(since)]) };
+        let kept = &self.state.kept;
+        let set_up = if kept.positions().is_empty() {
+            0
+        } else {
+            sum_hashes(&self.model.user, |place, user| {
+                let made = hash_numbers(self.owner(*user), kept.numbers());
+                hash_numbers(made, numbers(&kept.positions()[place]))
+            })
+        };
+        particles.wrapping_add(pins).wrapping_add(gained).wrapping_add(capped).wrapping_add(set_up)
     }
 
     /// Number among all particles of one of its own.

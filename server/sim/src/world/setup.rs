@@ -8,7 +8,7 @@ use super::{forces::TimedForce, wind::Wind};
 use crate::{
     cloth::{ClothSettings, Minimizer, Network, SurfaceCheck},
     collide::{Bounds, Collider, FASTEST},
-    linalg::OperatorKind,
+    linalg::{OperatorKind, PreconditionerKind},
     math::{four_digits, number},
     snow::{SnowError, SnowSetup},
 };
@@ -95,6 +95,9 @@ impl WorldSetup {
             }
             if settings.solver.operator == OperatorKind::Assembled {
                 return refused(name, "operator = \"assembled\"");
+            }
+            if settings.solver.preconditioner == PreconditionerKind::Patches {
+                return refused(name, "preconditioner = \"patches\"");
             }
         }
         Ok(())

@@ -4,7 +4,7 @@ use nappe_sim::{
     cloth::{ClothSettings, Network},
     collide::Collider,
     field::Field,
-    linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
+    linalg::{AtCap, OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     time_step::TimeStep,
     world::{BodySetup, Simulation, WorldSetup},
@@ -18,6 +18,7 @@ use crate::method::Method;
 pub const EXACT: SolverSettings = SolverSettings {
     stop: Stop::Residual { tolerance: 1e-15, max_iterations: 600 },
     preconditioner: PreconditionerKind::BlockJacobi,
+    at_cap: AtCap::Stop,
     operator: OperatorKind::MatrixFree,
     warm_start: false,
 };

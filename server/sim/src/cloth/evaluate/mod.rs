@@ -12,10 +12,12 @@ mod spring_sums;
 mod evaluation;
 mod freeze;
 mod step_matrix;
+mod set_up;
 mod moved;
 mod iterate_sums;
 mod workspace;
 mod coarse;
+mod parts;
 
 pub(super) use evaluation::Evaluation;
 pub(super) use external::symmetric;

@@ -6,6 +6,7 @@ use super::{
     iterate_sums::{Leftover, SweepSums},
     moved::Moved,
     numbers::StepNumbers,
+    set_up::SetUp,
 };
 use crate::{
     cloth::{
@@ -96,6 +97,8 @@ pub struct Workspace<R: Real> {
     pub(crate) assembled: Option<BlockCsr<R>>,
     /// Of a preconditioner that has a coarse space.
     pub(crate) coarse: CoarseMatrix,
+    /// Of a preconditioner that has patches.
+    pub(crate) patches: SetUp<R>,
     pub(crate) cg: CgWorkspace<R>,
     /// Products with the matrix since the step of the world began.
     pub(crate) products: u64,

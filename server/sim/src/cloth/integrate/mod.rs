@@ -10,6 +10,8 @@ mod symplectic_euler;
 mod velocity_verlet;
 mod common_part;
 mod mix;
+mod at;
+mod set_up;
 mod solve;
 mod iterate;
 mod one_step;

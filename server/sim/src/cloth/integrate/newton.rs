@@ -8,12 +8,7 @@
 //! A balance may be a saddle: a flat sheet under compression is one. So the exact tangent is searched for a direction of
 //! negative curvature at the end, and followed where there is one (Nocedal and Wright, Numerical Optimization, ch. 3.4).
 
-use super::{
-    iterate::Start,
-    mix::Mix,
-    solve::{At, check},
-    update::Step,
-};
+use super::{at::At, iterate::Start, mix::Mix, solve::check, update::Step};
 use crate::{
     cloth::{
         evaluate::{Leftover, Total, Workspace},

@@ -5,8 +5,9 @@
 //! implicit midpoint, where it is exact: that is its order.
 
 use super::{
+    at::At,
     iterate::Start,
-    solve::{At, check},
+    solve::check,
     update::{Change, MovedBy, Step, Weighed, write_next},
 };
 use crate::{

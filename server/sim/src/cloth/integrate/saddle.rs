@@ -30,11 +30,11 @@ impl<R: Real> Search<'_, '_, R> {
         if mirror > R::zero() {
             self.step.work.numbers.mirror = R::zero() - R::one();
             self.evaluate(Tried::Next);
-            self.step.work.numbers.mirror = mirror;
         }
         self.scatter();
         let settings = self.to_the_end();
         let (report, _) = self.step.solve_mixed([Mix::EXACT; 2], &settings, self.interrupt);
+        self.step.work.numbers.mirror = mirror;
         if self.interrupt.is_requested() {
             return Err(StepFailure::Interrupted);
         }

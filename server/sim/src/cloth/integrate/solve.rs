@@ -1,59 +1,40 @@
 //! The linear solve of an implicit step, with the matrix and right-hand side that an evaluation made.
 
-use super::{common_part::CommonPart, mix::Mix, update::Step};
+use super::{
+    at::{At, Guess},
+    common_part::CommonPart,
+    mix::Mix,
+    set_up::{affine, soft},
+    update::Step,
+};
 use crate::{
     cloth::{
         evaluate::{StepMatrix, Workspace, pattern},
-        layout::Model,
         settings::ClothSettings,
     },
     interrupt::Interrupt,
     linalg::{
-        CoarseLayout, LinearOperator, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings,
-        System, solve,
+        LinearOperator, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop, System,
+        solve,
     },
     math::{Padded, Real, Sixteen},
     parallel::{per_sixteen, per_sixteen_mut, size},
     report::{Stage, StepFailure},
 };
 
-/// Which state was evaluated.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum At {
-    /// That at the start of the step: its solve may start from that of the step before.
-    State,
-    /// The same, of which surfaces are kept apart: the solve of a round, counted from 0, with the pairs that push. From the second on it starts
-    /// from that of the round before.
-    Round(u32),
-    /// The iterate in the workspace's `next`.
-    Iterate,
-}
-
-/// Where the solution of a solve starts from.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Guess {
-    Zero,
-    StepBefore,
-    RoundBefore,
-}
-
-impl At {
-    fn guess(self, settings: &ClothSettings) -> Guess {
-        match self {
-            Self::State | Self::Round(0) if settings.solver.warm_start => Guess::StepBefore,
-            Self::State | Self::Round(0) | Self::Iterate => Guess::Zero,
-            Self::Round(_) => Guess::RoundBefore,
-        }
-    }
-}
+/// Iterations after which a solve goes on with patches, where it may; or fewer, where its cap is lower.
+const SWITCHED_AFTER: u32 = 200;
+/// One solve in so many that begin with patches begins with what the settings say.
+const TRIED_AGAIN: u32 = 32;
 
 impl<R: Real> Step<'_, R> {
     /// Solves for the change of velocity, into the `dv` of the next state.
     pub(super) fn solve(&mut self, at: At, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
         // What pairs push does not move as one.
         let common = if self.has_rows_of_pairs(at) { None } else { self.take_common_part() };
-        self.fill_coarse(at, settings, interrupt);
-        let report = self.conjugate(at, common.as_ref(), settings, interrupt);
+        let kind = self.choose(settings);
+        self.set_up(at, kind, interrupt);
+        let report = self.solve_on(at, common.as_ref(), (kind, None), settings, interrupt);
         self.give_back(common.as_ref());
         report
     }
@@ -69,12 +50,14 @@ impl<R: Real> Step<'_, R> {
         interrupt: &Interrupt,
     ) -> (SolveReport, Mix) {
         let common = self.take_common_part();
-        self.fill_coarse(At::Iterate, settings, interrupt);
+        let mut kind = self.choose(settings);
+        self.set_up(At::Iterate, kind, interrupt);
         let (mut mix, mut given_up) = (first, None::<SolveReport>);
         let report = loop {
-            let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
-            evaluation.freeze_springs(self.model, numbers, &next.x, mix.mirror(), scratches);
-            let solved = self.conjugate(At::Iterate, common.as_ref(), settings, interrupt);
+            self.freeze(mix);
+            let solved =
+                self.solve_on(At::Iterate, common.as_ref(), (kind, Some(mix)), settings, interrupt);
+            kind = solved.preconditioner.unwrap_or(kind);
             let report = given_up.map_or(solved, |before| solved.beside(before));
             if mix >= last || !is_not_positive(report.outcome) {
                 break report;
@@ -90,29 +73,84 @@ impl<R: Real> Step<'_, R> {
         matches!(at, At::Round(round) if round > 0 || !self.work.contact.rows.is_empty())
     }
 
-    /// Writes the matrix on the coarse space, where the preconditioner has one, from the tangent as it is frozen.
-    fn fill_coarse(&mut self, at: At, settings: &ClothSettings, interrupt: &Interrupt) {
-        let (model, state) = (self.model, self.state);
-        let Some(layout) = layout(model, settings) else { return };
-        let Workspace { evaluation, numbers, next, coarse, scratches, .. } = &mut *self.work;
-        let x = if at == At::Iterate { &next.x } else { &state.x };
-        let matrix = StepMatrix::new((model, &*numbers), x, evaluation, scratches, interrupt);
-        coarse.fill(layout, &|block, blocks| matrix.project(layout, block, blocks));
+    /// Freezes springs with a mix of tangents, at the iterate in `next`.
+    fn freeze(&mut self, mix: Mix) {
+        let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
+        evaluation.freeze_springs(self.model, numbers, &next.x, mix.mirror(), scratches);
+    }
+
+    /// The preconditioner that the next solve begins with. Where one before came to its cap it is the patches that led on,
+    /// but now and then what the settings say is tried again.
+    fn choose(&mut self, settings: &ClothSettings) -> PreconditionerKind {
+        let since = &mut self.work.next.since_cap;
+        if self.model.patches.is_none() || *since == 0 {
+            return settings.solver.preconditioner;
+        }
+        *since = (*since + 1) % TRIED_AGAIN;
+        if *since == 0 { settings.solver.preconditioner } else { PreconditionerKind::Patches }
+    }
+
+    /// Solves as [`Self::conjugate`] does, and goes on with patches that are set up for it where that takes too many iterations
+    /// without, or with others that were kept.
+    fn solve_on(
+        &mut self,
+        at: At,
+        common: Option<&CommonPart<R>>,
+        (kind, mix): (PreconditionerKind, Option<Mix>),
+        settings: &ClothSettings,
+        interrupt: &Interrupt,
+    ) -> SolveReport {
+        let may_switch = settings.may_switch() && self.model.patches.is_some();
+        let limit = match kind {
+            PreconditionerKind::Patches => self.limit_of_kept(settings.solver.stop),
+            _ => may_switch.then_some(SWITCHED_AFTER),
+        };
+        let stop = match (settings.solver.stop, limit) {
+            (Stop::Residual { tolerance, max_iterations }, Some(limit)) => {
+                Stop::Residual { tolerance, max_iterations: max_iterations.min(limit) }
+            }
+            (stop, _) => stop,
+        };
+        let solver = SolverSettings { stop, preconditioner: kind, ..settings.solver };
+        let report = self.conjugate((at, at.guess(settings)), common, solver, interrupt);
+        let is_capped = report.outcome == Outcome::IterationCap && !interrupt.is_requested();
+        if limit.is_none() || !is_capped {
+            self.note(kind, &report, settings.solver.stop);
+            return report;
+        }
+
+        if kind == PreconditionerKind::Patches {
+            self.work.next.kept.forget();
+        } else {
+            self.work.next.since_cap = 1;
+        }
+        let kind = PreconditionerKind::Patches;
+        // Patches are made of the tangent that is positive semi-definite.
+        if mix.is_some() {
+            self.freeze(Mix::ABSOLUTE);
+        }
+        self.set_up(at, kind, interrupt);
+        if let Some(mix) = mix {
+            self.freeze(mix);
+        }
+        let solver = SolverSettings { preconditioner: kind, ..settings.solver };
+        let second = self.conjugate((at, Guess::Here), common, solver, interrupt);
+        self.note(kind, &second, settings.solver.stop);
+        second.beside(report)
     }
 
     /// Solves with the tangent as it is frozen, but for the common part.
     fn conjugate(
         &mut self,
-        at: At,
+        (at, guess): (At, Guess),
         common: Option<&CommonPart<R>>,
-        settings: &ClothSettings,
+        solver: SolverSettings,
         interrupt: &Interrupt,
     ) -> SolveReport {
-        let (model, state) = (self.model, self.state);
+        let (model, state, kind) = (self.model, self.state, solver.preconditioner);
         let has_rows_of_pairs = self.has_rows_of_pairs(at);
-        let guess = at.guess(settings);
-        let solver = &SolverSettings { warm_start: guess != Guess::Zero, ..settings.solver };
-        let Workspace { evaluation, numbers, next, assembled, coarse, cg, scratches, contact, .. } =
+        let solver = &SolverSettings { warm_start: guess != Guess::Zero, ..solver };
+        let Workspace { evaluation, numbers, next, assembled, coarse, patches, cg, scratches, contact, .. } =
             &mut *self.work;
         let groups = evaluation.rows.len();
         size(&mut next.dv, groups);
@@ -148,8 +186,10 @@ impl<R: Real> Step<'_, R> {
                 &stored
             }
         };
-        let coarse = layout(model, settings).map(|layout| (layout, &*coarse));
-        let system = System { operator, b, inverse, coarse };
+        let (coarse, patches) = (&*coarse, patches.matrix());
+        let coarse = affine(model, kind).map(|layout| (layout, coarse));
+        let patches = soft(model, kind).map(|layout| (layout, patches));
+        let system = System { operator, b, inverse, coarse, patches };
         let report = solve(&system, &mut next.dv, &begin, solver, &model.share, cg);
         self.work.products += u64::from(report.products);
         report
@@ -164,11 +204,6 @@ impl<R: Real> Step<'_, R> {
         }
         self.watch.lap(Stage::Solve);
     }
-}
-
-/// The coarse space of the preconditioner, where the settings ask for one.
-fn layout<'a, R: Real>(model: &'a Model<R>, settings: &ClothSettings) -> Option<&'a CoarseLayout> {
-    model.coarse.as_ref().filter(|_| settings.solver.preconditioner == PreconditionerKind::TwoLevel)
 }
 
 /// Whether a solve met a curvature that is not positive.

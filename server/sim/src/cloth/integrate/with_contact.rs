@@ -2,10 +2,7 @@
 //!
 //! What it starts from and what it minimises are those of [`super::one_step`], with the energy of the pairs (docs/laws/surfaces.md).
 
-use super::{
-    solve::{At, check},
-    update::Step,
-};
+use super::{at::At, solve::check, update::Step};
 use crate::{
     cloth::{
         contact::{ROUNDS, Review, Scene, When},

@@ -24,7 +24,7 @@ use crate::{
         settings::ClothSettings,
     },
     interrupt,
-    linalg::CoarseLayout,
+    linalg::{CoarseLayout, PatchLayout},
     math::{LANES, Padded, Real, vec3},
     parallel::{Ranks, Share, hilbert_order},
 };
@@ -64,6 +64,8 @@ pub struct Model<R: Real> {
     pub(crate) triangles: Option<Triangles>,
     /// The coarse space of the preconditioner, where the settings ask for one.
     pub(crate) coarse: Option<CoarseLayout>,
+    /// The patches of the preconditioner, where the settings ask for them or solves may come to them.
+    pub(crate) patches: Option<PatchLayout>,
     /// Which particles may move at once, where the settings have them move one by one.
     pub(crate) colours: Option<Colours>,
     /// What moves as a whole, likewise.
@@ -176,6 +178,7 @@ impl<R: Real> Model<R> {
             user,
             place,
             coarse: None,
+            patches: None,
             colours: None,
             components: None,
             loose: None,
@@ -191,6 +194,11 @@ impl<R: Real> Model<R> {
         if settings.has_coarse_space() {
             self.coarse = Some(self.coarse_layout(network)?);
         }
+        if settings.has_patches() {
+            let made = self.patch_layout(network);
+            // What is too entangled for them goes without, where nobody asked for them by name.
+            self.patches = if settings.may_switch() { made.ok() } else { Some(made?) };
+        }
         let components = || Components::new(self.count, &self.inv_m, network.pairs(&self.place));
         if settings.has_sweeps() {
             self.components = Some(components());
@@ -199,6 +207,19 @@ impl<R: Real> Model<R> {
             self.loose = Loose::new(&self.m, &components());
         }
         Ok(())
+    }
+
+    /// Particles and their rings, and the order in which they are eliminated.
+    fn patch_layout(&self, network: &Network) -> Result<PatchLayout, String> {
+        if self.share.ranks().is_some() {
+            return Err("the preconditioner patches is not divided over ranks".to_owned());
+        }
+        let rest: Vec<_> = self.user.iter().map(|&old| network.x[old as usize]).collect();
+        let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
+        let [rings, pairs] = [network.rings(&self.place), network.pairs(&self.place).collect()];
+        let joined = network.elements.iter().filter(|list| list.corner_count() > 0);
+        let joined = joined.map(|list| list.kind.particles()).max().unwrap_or(2);
+        PatchLayout::new(&rest, &is_free, self.block_size, [&rings, &pairs], joined)
     }
 
     /// Affine functions on the parts of each block, and which parts are joined.

@@ -1,9 +1,13 @@
 //! What settings leave to the program: decided when a cloth is built, by numbers alone.
 
 use super::description::Network;
-use crate::{cloth::settings::ClothSettings, linalg::PreconditionerKind};
+use crate::{
+    cloth::settings::ClothSettings,
+    linalg::{AtCap, PreconditionerKind},
+};
 
-/// Settings whose preconditioner is not `auto`, for a network in steps of the world of `dt` (s).
+/// Settings whose preconditioner is not `auto`, for a network in steps of the world of `dt` (s). Only of stiff cloth, where it
+/// was, may solves that come to their cap go on with patches.
 pub(crate) fn resolve(settings: &ClothSettings, network: &Network, dt: f64) -> ClothSettings {
     let mut settings = *settings;
     if settings.solver.preconditioner == PreconditionerKind::Auto {
@@ -14,6 +18,12 @@ pub(crate) fn resolve(settings: &ClothSettings, network: &Network, dt: f64) -> C
         let is_stiff = settings.is_stiff(network.x.len() as u64, mass, sums, dt);
         settings.solver.preconditioner =
             if is_stiff { PreconditionerKind::TwoLevel } else { PreconditionerKind::BlockJacobi };
+        // Pairs that keep surfaces apart are no part of what patches are made of.
+        if network.thickness > 0.0 || !settings.has_stiff_springs(mass, sums, dt) {
+            settings.solver.at_cap = AtCap::Stop;
+        }
+    } else {
+        settings.solver.at_cap = AtCap::Stop;
     }
     settings
 }

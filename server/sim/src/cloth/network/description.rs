@@ -145,6 +145,19 @@ impl Network {
         springs.chain(elements)
     }
 
+    /// Pairs of particles that are next to each other, in the numbering that `place` gives: joined by springs along edges, and
+    /// across them where a particle has eight such springs at most, as on a lattice; or all pairs where there are none of these.
+    pub(crate) fn rings(&self, place: &[u32]) -> Vec<[u32; 2]> {
+        let of = |kinds: &[SpringKind]| -> Vec<[u32; 2]> {
+            let springs = self.springs.iter().filter(|spring| kinds.contains(&spring.kind));
+            springs.map(|spring| spring.particles.map(|particle| place[particle as usize])).collect()
+        };
+        let near = of(&[SpringKind::Stretch, SpringKind::Shear]);
+        let rings =
+            if near.len() <= 4 * self.x.len() { near } else { of(&[SpringKind::Stretch]) };
+        if rings.is_empty() { self.pairs(place).collect() } else { rings }
+    }
+
     /// Pairs of corners of the triangles that the air acts on, in the numbering that `place` gives; some more than once.
     pub(crate) fn pairs_in_air<'a>(
         &'a self,

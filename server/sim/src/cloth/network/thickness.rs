@@ -6,7 +6,7 @@ use super::description::Network;
 use crate::{
     cloth::settings::{ClothSettings, Integrator, MinimizerKind},
     interrupt,
-    linalg::OperatorKind,
+    linalg::{OperatorKind, PreconditionerKind},
     math::{
         Vec3,
         array::{length, minus},
@@ -65,6 +65,11 @@ impl Network {
         }
         if solver.operator != OperatorKind::MatrixFree {
             return Some(only("the operator is", solver.operator.name(), OperatorKind::MatrixFree.name()));
+        }
+        // Its functions and its steps are made for parts that join what is near at rest.
+        if solver.preconditioner == PreconditionerKind::Patches {
+            let name = solver.preconditioner.name();
+            return Some(only("the preconditioner is", name, "solves with another one"));
         }
         let Some((shortest, [a, b])) = self.shortest_edge() else {
             return Some(format!("is {told} m, and there are no triangles: only triangles make a surface"));

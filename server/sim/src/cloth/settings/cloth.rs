@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{integrator::Integrator, surface::SurfaceSettings};
 use crate::{
-    linalg::{PreconditionerKind, SolverSettings, Stop},
+    linalg::{AtCap, PreconditionerKind, SolverSettings, Stop},
     time_step::TimeStep,
 };
 
@@ -243,6 +243,16 @@ impl ClothSettings {
         self.solves() && self.solver.preconditioner == PreconditionerKind::TwoLevel
     }
 
+    /// Whether steps solve with patches, from the first one on or where a solve comes to its cap.
+    pub(crate) fn has_patches(&self) -> bool {
+        self.solves() && (self.solver.preconditioner == PreconditionerKind::Patches || self.may_switch())
+    }
+
+    /// Whether a solve that comes to its cap may go on with patches.
+    pub(crate) fn may_switch(&self) -> bool {
+        self.solver.at_cap == AtCap::Patches && matches!(self.solver.stop, Stop::Residual { .. })
+    }
+
     /// Whether linear solves of steps add as much of the absolute tangent to the exact one as they need.
     pub(crate) fn mixes_tangents(&self) -> bool {
         matches!(self.minimizer, Minimizer::Newton(_)) && self.hessian == Hessian::Absolute
@@ -256,9 +266,14 @@ impl ClothSettings {
     /// Whether `auto` is `two_level` for so many particles, of this mass (kg), with springs whose stiffness (N/m) and damping
     /// (N s/m) are these in sum, in steps of the world of `dt` (s).
     pub fn is_stiff(&self, particles: u64, mass: f64, [stiffness, damping]: [f64; 2], dt: f64) -> bool {
+        particles > self.block_size as u64 && self.has_stiff_springs(mass, [stiffness, damping], dt)
+    }
+
+    /// The same for any number of particles: whether solves may come to their cap, and then go on with patches.
+    pub fn has_stiff_springs(&self, mass: f64, [stiffness, damping]: [f64; 2], dt: f64) -> bool {
         let h = self.time_step.asked(dt);
         let is_solved = self.solves() && matches!(self.solver.stop, Stop::Residual { .. });
         // Both ends of a spring feel it.
-        is_solved && particles > self.block_size as u64 && 2.0 * h * (h * stiffness + damping) > STIFF * mass
+        is_solved && 2.0 * h * (h * stiffness + damping) > STIFF * mass
     }
 }

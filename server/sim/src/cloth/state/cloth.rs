@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use std::sync::Arc;
 
-use super::gain::Gain;
+use super::{gain::Gain, kept::Kept};
 use crate::{
     math::{LANES, Padded, Real, Sixteen, Vec3, bytes, vec3},
     parallel::{Share, hash_numbers, size},
@@ -88,6 +88,10 @@ pub struct State<R: Real> {
     pub past: Past<R>,
     /// What explicit steps gained.
     pub(crate) gain: Gain,
+    /// Solves since one came to its cap and went on with patches, that one counted; 0 where none did.
+    pub(crate) since_cap: u32,
+    /// What patches are set up for that the next solves may go on with.
+    pub(crate) kept: Kept<R>,
 }
 
 impl<R: Real> State<R> {
@@ -98,6 +102,8 @@ impl<R: Real> State<R> {
         size(&mut self.dv, other.dv.len());
         self.motions.clone_from(&other.motions);
         self.gain = other.gain;
+        self.since_cap = other.since_cap;
+        self.kept.follow(&other.kept);
     }
 
     /// Completes its fields on rank 0.

@@ -3,10 +3,12 @@
 //! Modules in reading order:
 
 mod gain;
+mod kept;
 mod cloth;
 mod report;
 
 pub use cloth::{PathPoint, PinMotion, State};
 pub(crate) use gain::Gain;
 pub(super) use gain::{Allowance, Judged, Start};
+pub(crate) use kept::Kept;
 pub(crate) use report::ClothReport;

@@ -12,7 +12,7 @@ mod residual;
 use self::residual::{Goal, Residual};
 use super::{
     coarse::{CoarseVectors, Unknowns},
-    operator::{LinearOperator, Preconditioner},
+    operator::{LinearOperator, Preconditioner, Room, WholePreconditioner},
     settings::{Outcome, SolveReport, SolverSettings, Stop},
     sixteens::{Turn, add_scaled, block_sums, pad, subtract_scaled},
 };
@@ -39,6 +39,8 @@ pub struct CgWorkspace<R: Real> {
     restricted: Vec<Unknowns>,
     change: Vec<Unknowns>,
     coarse: CoarseVectors,
+    /// Of a preconditioner that is applied to whole vectors.
+    room: Room<R>,
 }
 
 impl<R: Real> CgWorkspace<R> {
@@ -54,6 +56,7 @@ impl<R: Real> CgWorkspace<R> {
             restricted: Vec::new(),
             change: Vec::new(),
             coarse: CoarseVectors::default(),
+            room: Room::default(),
         }
     }
 
@@ -273,6 +276,11 @@ impl<R: Real> Solve<'_, R> {
     /// q = M⁻¹ r, p = q.
     fn aim(&mut self) -> Residual {
         let (groups, parts, m, own) = (self.groups, self.parts, self.m, self.share.own());
+        if let Some(whole) = m.whole() {
+            let residual = self.precondition(whole);
+            pad_all(own, &self.work.q, &mut self.work.p);
+            return residual;
+        }
         let coarse = m.coarse();
         let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
         let sums = (per_block_mut(partials), several_per_block_mut(restricted, parts));
@@ -294,6 +302,13 @@ impl<R: Real> Solve<'_, R> {
             pad(z, p);
         });
         residual
+    }
+
+    /// q = M⁻¹ r, by a preconditioner that is applied to whole vectors.
+    fn precondition(&mut self, whole: &dyn WholePreconditioner<R>) -> Residual {
+        let CgWorkspace { r, q, partials, room, .. } = &mut *self.work;
+        self.products += whole.apply(self.a, self.share, r, q, partials, room);
+        self.residual()
     }
 
     /// r.z from the parts of the blocks, and from the coarse space, on which it solves.
@@ -323,6 +338,10 @@ impl<R: Real> Solve<'_, R> {
         let (groups, parts, m, alpha) = (self.groups, self.parts, self.m, R::of(alpha));
         let (coarse, own) = (m.coarse(), self.share.own());
         let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
+        if let Some(whole) = m.whole() {
+            own.each((per_sixteen_mut(r), per_sixteen(q)), |_, (r, q)| subtract_scaled(r, alpha, q));
+            return self.precondition(whole);
+        }
         let sums = (per_block_mut(partials), several_per_block_mut(restricted, parts));
         own.each((per_sixteen_mut(r), per_sixteen_mut(q), sums), |block, (r, q, (partial, restricted))| {
             *partial = m.advance(block * groups * LANES, alpha, r, q);

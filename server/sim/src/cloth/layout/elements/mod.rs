@@ -1,6 +1,7 @@
 //! Elements of three and four particles: what they add to the rows of a block, and what is frozen of them.
 
 mod project;
+mod parts;
 mod shares;
 
 use std::ops::Range;
@@ -12,7 +13,7 @@ use crate::{
         network::ElementList,
         settings::{Aim, RightHandSide},
     },
-    linalg::{CoarseLayout, NineByNine},
+    linalg::{CoarseLayout, NineByNine, TakeParts},
     math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, array::dot, three},
 };
 
@@ -268,6 +269,22 @@ macro_rules! lists {
             ) {
                 match self {
                     $(Self::$law(packs) => packs.project::<$law, P::Wide, $f>(at, scale, frozen, to),)+
+                }
+            }
+
+            /// Hands over the blocks of elements at rows of a block: see [`Packs::hand_over`].
+            #[inline(always)]
+            pub(crate) fn hand_over<P: Pack<Number = R>>(
+                &self,
+                block: usize,
+                scale: f64,
+                frozen: &[[R; LANES]],
+                take: &mut dyn TakeParts,
+            ) {
+                match self {
+                    $(Self::$law(packs) => {
+                        packs.hand_over::<$law, P::Wide, $f>(block, scale, frozen, take)
+                    })+
                 }
             }
 

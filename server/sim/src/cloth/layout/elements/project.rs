@@ -110,8 +110,9 @@ impl<const N: usize> Corners<N> {
     }
 }
 
+/// Lanes in binary64.
 #[inline(always)]
-fn widen<R: Real, W: Pack<Number = f64>>(lanes: &[R; LANES]) -> W {
+pub(super) fn widen<R: Real, W: Pack<Number = f64>>(lanes: &[R; LANES]) -> W {
     let mut wide = [0.0; LANES];
     for lane in 0..LANES {
         wide[lane] = lanes[lane].to_f64();
