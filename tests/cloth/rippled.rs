@@ -42,8 +42,7 @@ pub(crate) fn rippled([columns, rows]: [u32; 2], keys: &str) -> Simulation {
 /// # Panics
 /// When one does not.
 pub(crate) fn a_rippled_sheet_converges(grid: [u32; 2], steps: u64, iterates: u32) {
-    let mut simulation =
-        rippled(grid, &format!("minimizer = \"newton\"\nnewton_iterations = {iterates}"));
+    let mut simulation = rippled(grid, &format!("minimizer = \"newton\"\nnewton_iterations = {iterates}"));
     for step in 1..=steps {
         let report = advance(&mut simulation, 1);
         let solve = report.solve.expect("an implicit step");

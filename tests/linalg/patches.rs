@@ -111,14 +111,20 @@ fn auto_goes_on_with_patches_at_the_cap_and_the_state_remembers_it() {
     let setup = rippled([75, 65], &springs(12_000.0, 300.0), "tolerance = 1e-4");
     let mut simulation = simulate(&setup);
     let first = next_solve(&mut simulation);
-    assert_eq!((first.outcome, first.preconditioner), (Outcome::Converged, Some(PreconditionerKind::Patches)));
+    assert_eq!(
+        (first.outcome, first.preconditioner),
+        (Outcome::Converged, Some(PreconditionerKind::Patches))
+    );
     assert!((200..300).contains(&first.iterations), "{first:?}");
 
     let mut others = Vec::new();
     for step in 2..=6 {
         // What is kept of the first steps is of no use once the sheet moves.
         let solve = next_solve(&mut simulation);
-        assert_eq!((solve.outcome, solve.preconditioner), (Outcome::Converged, Some(PreconditionerKind::Patches)));
+        assert_eq!(
+            (solve.outcome, solve.preconditioner),
+            (Outcome::Converged, Some(PreconditionerKind::Patches))
+        );
         assert!(solve.iterations <= if step < 4 { 80 } else { 40 }, "step {step}: {solve:?}");
         let mut other = simulate(&setup);
         other.put(&simulation.take());
@@ -128,7 +134,11 @@ fn auto_goes_on_with_patches_at_the_cap_and_the_state_remembers_it() {
     let solve = next_solve(&mut simulation);
     for (step, other) in &mut others {
         let again = advance(other, 7 - *step).solve.expect("an implicit step solves");
-        assert_eq!((again.iterations, again.products), (solve.iterations, solve.products), "from step {step}");
+        assert_eq!(
+            (again.iterations, again.products),
+            (solve.iterations, solve.products),
+            "from step {step}"
+        );
         assert_eq!(other.state_hash(), simulation.state_hash(), "from step {step}");
     }
 }
@@ -187,7 +197,10 @@ fn odd_bodies_are_stepped() {
             let mut simulation = scene.simulate(Precision::F64);
             let solve = next_solve(&mut simulation);
             assert_eq!(solve.outcome, Outcome::Converged, "{name}, {hessian:?}: {solve:?}");
-            assert!(positions(&simulation).as_flattened().iter().all(|x| x.is_finite()), "{name}, {hessian:?}");
+            assert!(
+                positions(&simulation).as_flattened().iter().all(|x| x.is_finite()),
+                "{name}, {hessian:?}"
+            );
         }
     }
 }

@@ -103,7 +103,11 @@ pub(crate) fn run(args: &SolverArgs) -> Result<()> {
 /// Precision, tolerance and preconditioner of solves.
 type Kind = (Precision, f64, PreconditionerKind);
 
-fn measure(args: &SolverArgs, (sheet, network): (&'static str, &Network), kind: Kind) -> Result<Vec<SolverRow>> {
+fn measure(
+    args: &SolverArgs,
+    (sheet, network): (&'static str, &Network),
+    kind: Kind,
+) -> Result<Vec<SolverRow>> {
     let (precision, tolerance, preconditioner) = kind;
     let solver = SolverSettings {
         stop: Stop::Residual { tolerance, max_iterations: MAX_ITERATIONS },

@@ -22,13 +22,13 @@ pub use triad::triad;
 pub(crate) use border::Border;
 pub(crate) use communicator::Ranks;
 pub(crate) use disjoint::Disjoint;
+#[cfg(test)]
+pub(crate) use each::on_threads;
 pub(crate) use each::{
     Own, Parts, between_mut, join, per_block, per_block_mut, per_row, per_row_mut, per_sixteen,
     per_sixteen_mut, several_between_mut, several_per_block, several_per_block_mut, thread_count,
     thread_number,
 };
-#[cfg(test)]
-pub(crate) use each::on_threads;
 pub(crate) use hash::{hash_numbers, sum_hashes};
 pub(crate) use spare::{Lent, Spare};
 pub(crate) use zeroed::{size, zeroed};

@@ -53,7 +53,7 @@ fn shared(body: &BodySetup) -> [(&'static str, String); 15] {
         integrator,
         minimizer,
         hessian,
-        solver: SolverSettings { stop, preconditioner, operator, warm_start },
+        solver: SolverSettings { stop, preconditioner, operator, warm_start, at_cap: _ },
         time_step,
         tolerance,
         on_pass,

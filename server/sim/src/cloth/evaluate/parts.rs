@@ -53,8 +53,7 @@ impl<R: Real> StepMatrix<'_, R> {
             let square = d.norm_squared();
             let frozen = self.tangent[slot][lane].to_f64();
             let across = along - frozen * square;
-            let (a, b) =
-                if across < 0.0 { (-across, (along + across) / square) } else { (across, frozen) };
+            let (a, b) = if across < 0.0 { (-across, (along + across) / square) } else { (across, frozen) };
             let block = Symmetric3 {
                 xx: a + b * d.x * d.x,
                 yy: a + b * d.y * d.y,
@@ -146,9 +145,11 @@ mod tests {
 
         let settings = ClothSettings { block_size: BLOCK_SIZE, ..ClothSettings::default() };
         let (model, parameters, _) = Model::<f64>::new(&network, &settings).expect("a good network");
-        let crumpled = network.x.iter().enumerate().map(|(i, [x, y, z])| {
-            [x * 0.9, y + 0.01 * (i * i % 7) as f64, z + 0.005 * (i % 5) as f64]
-        });
+        let crumpled = network
+            .x
+            .iter()
+            .enumerate()
+            .map(|(i, [x, y, z])| [x * 0.9, y + 0.01 * (i * i % 7) as f64, z + 0.005 * (i % 5) as f64]);
         let (x, v) = (model.arrange(&crumpled.collect::<Vec<_>>()), model.arrange(&network.v));
         let mut work = Workspace::<f64>::new();
         let purpose = Purpose::of(&settings);

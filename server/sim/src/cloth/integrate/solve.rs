@@ -55,8 +55,7 @@ impl<R: Real> Step<'_, R> {
         let (mut mix, mut given_up) = (first, None::<SolveReport>);
         let report = loop {
             self.freeze(mix);
-            let solved =
-                self.solve_on(At::Iterate, common.as_ref(), (kind, Some(mix)), settings, interrupt);
+            let solved = self.solve_on(At::Iterate, common.as_ref(), (kind, Some(mix)), settings, interrupt);
             kind = solved.preconditioner.unwrap_or(kind);
             let report = given_up.map_or(solved, |before| solved.beside(before));
             if mix >= last || !is_not_positive(report.outcome) {
@@ -150,8 +149,9 @@ impl<R: Real> Step<'_, R> {
         let (model, state, kind) = (self.model, self.state, solver.preconditioner);
         let has_rows_of_pairs = self.has_rows_of_pairs(at);
         let solver = &SolverSettings { warm_start: guess != Guess::Zero, ..solver };
-        let Workspace { evaluation, numbers, next, assembled, coarse, patches, cg, scratches, contact, .. } =
-            &mut *self.work;
+        let Workspace {
+            evaluation, numbers, next, assembled, coarse, patches, cg, scratches, contact, ..
+        } = &mut *self.work;
         let groups = evaluation.rows.len();
         size(&mut next.dv, groups);
         let own = model.share.own();

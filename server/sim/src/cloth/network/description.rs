@@ -153,8 +153,7 @@ impl Network {
             springs.map(|spring| spring.particles.map(|particle| place[particle as usize])).collect()
         };
         let near = of(&[SpringKind::Stretch, SpringKind::Shear]);
-        let rings =
-            if near.len() <= 4 * self.x.len() { near } else { of(&[SpringKind::Stretch]) };
+        let rings = if near.len() <= 4 * self.x.len() { near } else { of(&[SpringKind::Stretch]) };
         if rings.is_empty() { self.pairs(place).collect() } else { rings }
     }
 

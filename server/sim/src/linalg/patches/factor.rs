@@ -3,7 +3,7 @@
 
 use super::{
     across::{All, BlockAcross},
-    dense::{Dense, PANEL, height, rest_height},
+    dense::{Dense, height, rest_height},
     plan::Plan,
     singles::{Singles, flat, flat_mut},
     sizes::{Size, Sizes},
@@ -74,10 +74,7 @@ impl Assembly<'_> {
                 let second = self.sizes.second(left, front.is_heavy);
                 if front.is_heavy {
                     let (of_first, of_second) = memory.split_at_mut(second);
-                    join(
-                        || self.factor(left, of_left, of_first),
-                        || self.factor(right, of_right, of_second),
-                    );
+                    join(|| self.factor(left, of_left, of_first), || self.factor(right, of_right, of_second));
                     // Side by side, as where one has worked after the other.
                     let [first, other] = [left, right].map(|child| self.sizes.fronts[child as usize].rest);
                     memory.copy_within(second..second + other, first);

@@ -41,9 +41,7 @@ use super::{
 };
 use crate::{
     math::{LANES, Real, Sixteen, dispatch},
-    parallel::{
-        Share, per_block_mut, per_row_mut, per_sixteen, per_sixteen_mut, several_between_mut, size,
-    },
+    parallel::{Share, per_block_mut, per_row_mut, per_sixteen, per_sixteen_mut, several_between_mut, size},
 };
 
 /// The preconditioner: the inverse 3 x 3 blocks, the patches, the blocks again.

@@ -51,7 +51,8 @@ impl Sizes {
         self.borders.clear();
         (self.panels, self.vectors) = (0, 0);
         for front in fronts {
-            let [start, end] = [front.pivots.start, front.pivots.end].map(|place| self.unknowns[place as usize]);
+            let [start, end] =
+                [front.pivots.start, front.pivots.end].map(|place| self.unknowns[place as usize]);
             let pivots = end - start;
             let (border, mut rows) = (self.borders.len(), pivots);
             for place in &front.border {

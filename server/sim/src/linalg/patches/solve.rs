@@ -47,10 +47,7 @@ impl Factors<'_> {
                 let (of_left, of_right) = panels.split_at(self.sizes.panels_below(self.plan(), left));
                 let (to_left, to_right) = below.split_at_mut(self.sizes.vectors_below(self.plan(), left));
                 if front.is_heavy {
-                    join(
-                        || self.forward(left, of_left, to_left),
-                        || self.forward(right, of_right, to_right),
-                    );
+                    join(|| self.forward(left, of_left, to_left), || self.forward(right, of_right, to_right));
                 } else {
                     self.forward(left, of_left, to_left);
                     self.forward(right, of_right, to_right);
