@@ -46,8 +46,9 @@ pub struct SceneSize {
     pub divided_particles: u64,
     /// Blocks of particles whose preconditioner has a coarse space.
     pub coarse_blocks: u64,
-    /// Particles whose solves are preconditioned with patches, and others whose solves may come to them.
+    /// Particles whose solves are preconditioned with patches.
     pub patched_particles: u64,
+    /// Particles whose solves may come to patches.
     pub switching_particles: u64,
     /// Springs of cloth.
     pub springs: u64,
