@@ -95,10 +95,12 @@ fn block_jacobi_needs_no_more_iterations_than_the_diagonal_nor_that_than_nothing
         advance(&mut simulation, 1).solve.expect("an implicit step solves").iterations
     };
 
-    let [none, diagonal, blocks, two_level, auto] = PreconditionerKind::ALL.map(count);
+    let [none, diagonal, blocks, two_level, patches, auto] = PreconditionerKind::ALL.map(count);
     assert!(blocks <= diagonal && diagonal < none, "{none}, {diagonal}, {blocks} iterations");
     // Here a coarse space has nothing to carry: light particles are held by their mass alone.
     assert!(two_level <= 2 * blocks, "{two_level} and {blocks} iterations");
+    // Soft functions hold whatever is soft.
+    assert!(patches <= blocks, "{patches} and {blocks} iterations");
     assert_eq!(auto, blocks);
 }
 

@@ -48,7 +48,9 @@ impl Beside {
         let triangles = faces.triangles();
         let mut of_point = vec![Vec::new(); faces.points()];
         for (number, corners) in triangles.iter().enumerate() {
-            corners.iter().for_each(|corner| of_point[*corner as usize].push(number as u32));
+            for corner in corners {
+                of_point[*corner as usize].push(number as u32);
+            }
         }
         let mut beside = Self::default();
         for (number, corners) in triangles.iter().enumerate() {
@@ -71,7 +73,7 @@ impl Beside {
             let least = least.fold(f64::INFINITY, f64::min);
             beside.triangles.extend(others);
             let ends = [beside.triangles.len() as u32, beside.particles.len() as u32];
-            let least = if plane.is_needle() { 0.0 } else { least };
+            let least = if plane.is_sound() { least } else { 0.0 };
             beside.of_each.push(One { ends, least, inverse: plane.inverse });
         }
         beside
@@ -132,11 +134,10 @@ impl Plane {
         Self { origin: a, edges, inverse }
     }
 
-    /// Whether its triangle is so narrow that nothing follows from how it is stretched.
-    fn is_needle(&self) -> bool {
+    /// Whether its triangle is not so narrow that nothing follows from how it is stretched.
+    fn is_sound(&self) -> bool {
         let [e, f] = self.edges;
-        // What is not a number is one.
-        !(e.cross(&f).norm() > NARROW * e.norm_squared().max(f.norm_squared()))
+        e.cross(&f).norm() > NARROW * e.norm_squared().max(f.norm_squared())
     }
 
     /// Where a particle lies, seen along the normal.

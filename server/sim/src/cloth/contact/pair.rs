@@ -92,7 +92,7 @@ impl Pair {
     ) -> Option<Self> {
         let found = closest(candidate.kind, x);
         let gap = found.difference.norm();
-        if !matters(gap, room) {
+        if is_clear(gap, room) {
             return None;
         }
         let normal = if gap > 0.0 { found.difference / gap } else { Vec3::zeros() };
@@ -224,11 +224,10 @@ impl Pair {
     }
 }
 
-/// Whether parts at a distance (m) may come so near that it matters, if no corner comes nearer to one of the other part than by `room` (m).
+/// Whether parts at a distance (m) stay apart, if no corner comes nearer to one of the other part than by `room` (m).
 #[inline(always)]
-pub(crate) fn matters(gap: f64, room: f64) -> bool {
-    // What is not a number may.
-    !((1.0 - KEPT) * gap > room)
+pub(crate) fn is_clear(gap: f64, room: f64) -> bool {
+    (1.0 - KEPT) * gap > room
 }
 
 /// Whether parts at `x` (m) may be so near that `room` (m) matters: along the way between their middles they are not seen to be farther apart.

@@ -1,7 +1,7 @@
 //! Looks for pairs of parts that could meet in a sub-step.
 
 use super::{
-    pair::{Activity, Pair, is_near, matters},
+    pair::{Activity, Pair, is_clear, is_near},
     ways::{Start, Ways, wide},
 };
 use crate::{
@@ -80,7 +80,7 @@ impl Search {
             let corners = &faces.triangles()[face];
             let [gap, travel] = surface.beside.apart(face, corners, ways.fields());
             let room = travel + 2.0 * ways.reach(corners[0]);
-            if matters(gap, room) { &[] } else { surface.beside.triangles(face) }
+            if is_clear(gap, room) { surface.beside.triangles(face) } else { &[] }
         };
         let wanted = Wanted { without: &without, is_wanted: &is_wanted };
         tree.candidates(faces, &wanted, &|part| ways.around(part), candidates)?;

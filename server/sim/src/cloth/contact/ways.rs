@@ -17,6 +17,9 @@ const WITHIN: f64 = 0.999;
 /// The box about a way: its least and its greatest corner (m).
 pub(crate) type WayBox = [[f64; 3]; 2];
 
+/// The free and the expected way (m) of a particle, from its row and where it begins (m).
+type TwoWays<'a> = dyn Fn(usize, &Vec3<f64>) -> [Vec3<f64>; 2] + Sync + 'a;
+
 /// The ways of all particles in the sub-step that is tried.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ways {
@@ -66,12 +69,7 @@ impl Ways {
     }
 
     /// `way` gives the two ways (m) of a particle, from its row and where it begins.
-    fn go<R: Real>(
-        &mut self,
-        model: &Model<R>,
-        from: &[Padded<R>],
-        way: &(dyn Fn(usize, &Vec3<f64>) -> [Vec3<f64>; 2] + Sync),
-    ) {
+    fn go<R: Real>(&mut self, model: &Model<R>, from: &[Padded<R>], way: &TwoWays<'_>) {
         for field in [&mut self.starts, &mut self.free, &mut self.expected] {
             field.resize(model.count, Vec3::zeros());
         }

@@ -82,7 +82,9 @@ mod tests {
     #[test]
     fn everyone_who_is_free_is_in_one_patch_of_his_block() {
         let mut is_free = [true; 256];
-        [0, 1, 2, 3, 16, 17, 77].iter().for_each(|i| is_free[*i as usize] = false);
+        for i in [0, 1, 2, 3, 16, 17, 77] {
+            is_free[i] = false;
+        }
         (224..256).for_each(|i| is_free[i as usize] = false);
         let patches = choose(&grid(16, 32), &is_free, 32);
         let mut seen = [0; 256];
@@ -90,7 +92,9 @@ mod tests {
             for patch in patches {
                 assert!(!patch.is_empty() && patch.len() <= MOST);
                 assert!(patch.iter().all(|i| *i as usize / 32 == block));
-                patch.iter().for_each(|i| seen[*i as usize] += 1);
+                for i in patch {
+                    seen[*i as usize] += 1;
+                }
             }
         }
         assert!((0..256).all(|i| seen[i] == i32::from(is_free[i])), "{seen:?}");

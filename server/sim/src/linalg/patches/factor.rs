@@ -71,7 +71,7 @@ impl Assembly<'_> {
             [only] => self.factor(only, below, memory),
             [left, right] => {
                 let (of_left, of_right) = below.split_at_mut(self.sizes.panels_below(self.plan(), left));
-                let second = self.sizes.second(left, front.is_heavy);
+                let second = self.sizes.second(front, left);
                 if front.is_heavy {
                     let (of_first, of_second) = memory.split_at_mut(second);
                     join(|| self.factor(left, of_left, of_first), || self.factor(right, of_right, of_second));

@@ -64,7 +64,7 @@ impl Sizes {
             let of = |child: u32| self.fronts[child as usize];
             let below = match front.children[..] {
                 [only] => of(only).need,
-                [left, right] => (self.second(left, front.is_heavy) + of(right).need).max(of(left).need),
+                [left, right] => (self.second(front, left) + of(right).need).max(of(left).need),
                 _ => 0,
             };
             let need = below.max(self.passed(front) + rest + PANEL * height(rows));
@@ -77,9 +77,9 @@ impl Sizes {
 
     /// Where the second child of a front begins to work, after the first one: behind all that it needs, or behind what it
     /// passes on.
-    pub(super) fn second(&self, first: u32, is_heavy: bool) -> usize {
+    pub(super) fn second(&self, front: &Front, first: u32) -> usize {
         let Size { rest, need, .. } = self.fronts[first as usize];
-        if is_heavy { need } else { rest }
+        if front.is_heavy { need } else { rest }
     }
 
     /// What the children of a front pass on takes so much.

@@ -83,7 +83,9 @@ impl Work<'_> {
 
     fn mark(&mut self, halves: &[Vec<u32>; 2], sides: [u8; 2]) {
         for (half, side) in halves.iter().zip(sides) {
-            half.iter().for_each(|patch| self.side[*patch as usize] = side);
+            for patch in half {
+                self.side[*patch as usize] = side;
+            }
         }
     }
 

@@ -44,6 +44,13 @@ struct Pivots {
     inverse: [f32; PANEL],
 }
 
+/// Who works on a front.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Workers {
+    One,
+    Several,
+}
+
 /// Packs per column of the panel.
 pub(super) fn height(rows: usize) -> usize {
     rows.div_ceil(LANES)
@@ -59,7 +66,7 @@ impl Dense<'_> {
     pub(super) fn factor(self) {
         let Self { rows, pivots: count, panel, rest, packed } = self;
         let height = height(rows);
-        let is_shared = rows >= SHARED;
+        let by = if rows >= SHARED { Workers::Several } else { Workers::One };
         let mut pivots = Pivots { columns: [[0.0; PANEL]; PANEL], inverse: [0.0; PANEL] };
         for first in (0..count).step_by(PANEL) {
             let columns = PANEL.min(count - first);
@@ -77,7 +84,7 @@ impl Dense<'_> {
                 to.0.copy_from_slice(&column[at..at + LANES]);
             }
             let solve = Solve { panel: &*panel, height, first, columns, pivots: &pivots };
-            solve.rows(whole..height, others, is_shared);
+            solve.rows(whole..height, others, by);
             for (pack, of_pack) in (whole..).zip(others.chunks_exact(columns)) {
                 for (column, entries) in (first..).zip(of_pack) {
                     panel[column * height + pack] = *entries;
@@ -86,9 +93,9 @@ impl Dense<'_> {
 
             let update = Update { packed: &*packed, begin, columns, height };
             let later = &mut panel[below * height..count * height];
-            update.subtract(below..count, later, [height, 0], is_shared);
+            update.subtract(below..count, later, [height, 0], by);
             let shape = [rest_height(rows, count), count / LANES];
-            update.subtract(count..rows, rest, shape, is_shared);
+            update.subtract(count..rows, rest, shape, by);
         }
     }
 }
@@ -159,15 +166,12 @@ struct Solve<'a> {
 
 impl Solve<'_> {
     /// Writes L in some packs of rows, pack after pack.
-    fn rows(self, packs: Range<usize>, to: &mut [Singles], is_shared: bool) {
-        if is_shared && packs.len() >= 2 * LEAST_PACKS {
+    fn rows(self, packs: Range<usize>, to: &mut [Singles], by: Workers) {
+        if by == Workers::Several && packs.len() >= 2 * LEAST_PACKS {
             let half = packs.len() / 2;
             let (left, right) = to.split_at_mut(half * self.columns);
             let middle = packs.start + half;
-            join(
-                || self.rows(packs.start..middle, left, is_shared),
-                || self.rows(middle..packs.end, right, is_shared),
-            );
+            join(|| self.rows(packs.start..middle, left, by), || self.rows(middle..packs.end, right, by));
             return;
         }
         dispatch::<f32, _>(SolveRows { solve: self, packs, to });
@@ -224,19 +228,13 @@ struct Update<'a> {
 
 impl<'a> Update<'a> {
     /// Subtracts it from some columns, which have so many packs each, without as many above.
-    fn subtract(
-        self,
-        columns: Range<usize>,
-        from: &mut [Singles],
-        [height, above]: [usize; 2],
-        is_shared: bool,
-    ) {
+    fn subtract(self, columns: Range<usize>, from: &mut [Singles], [height, above]: [usize; 2], by: Workers) {
         let middle = (columns.start.midpoint(columns.end)).next_multiple_of(LANES);
-        if is_shared && columns.len() >= 2 * LEAST_COLUMNS && middle < columns.end {
+        if by == Workers::Several && columns.len() >= 2 * LEAST_COLUMNS && middle < columns.end {
             let (left, right) = from.split_at_mut((middle - columns.start) * height);
             join(
-                || self.subtract(columns.start..middle, left, [height, above], is_shared),
-                || self.subtract(middle..columns.end, right, [height, above], is_shared),
+                || self.subtract(columns.start..middle, left, [height, above], by),
+                || self.subtract(middle..columns.end, right, [height, above], by),
             );
             return;
         }
