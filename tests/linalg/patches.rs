@@ -3,7 +3,7 @@
 
 use nappe_scene::{NoMeshes, Scene as SceneText, SceneLimits};
 use nappe_sim::{
-    cloth::{ElementKind, ElementList, Hessian, Network, SpringLaw},
+    cloth::{ElementKind, ElementList, Hessian, Minimizer, Network, NewtonSettings, SpringLaw},
     linalg::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop},
     math::Precision,
     mesh::TriangleMesh,
@@ -225,6 +225,46 @@ fn a_change_of_stiffness_makes_patches_anew() {
         let [one, two] = [&mut simulation, &mut other].map(next_solve);
         assert_eq!(one, two);
         assert_eq!(simulation.state_hash(), other.state_hash());
+    }
+}
+
+#[test]
+fn what_goes_on_from_a_state_makes_patches_of_its_parameters() {
+    let mut setup = rippled([40, 35], &springs(12_000.0, 300.0), "preconditioner = \"patches\"");
+    setup.bodies[0].settings.time_step = TimeStep::Unchecked(setup.dt);
+    // It has patches of stiffer springs at the same place.
+    let mut other = simulate(&setup);
+    let stiffer = Change::Springs { body: None, kind: None, stiffness: Some(3e4), damping: None };
+    other.apply(&[stiffer]).expect("it has springs");
+    advance(&mut other, 1);
+    let mut simulation = simulate(&setup);
+    advance(&mut simulation, 1);
+    other.put(&simulation.take());
+    for _ in 0..2 {
+        let [one, two] = [&mut simulation, &mut other].map(next_solve);
+        assert_eq!(one, two);
+        assert_eq!(simulation.state_hash(), other.state_hash());
+    }
+}
+
+#[test]
+fn forks_of_newtons_method_go_on_with_the_same_bits() {
+    for hessian in [Hessian::Absolute, Hessian::Clamped, Hessian::Full] {
+        let mut setup = rippled([40, 35], &springs(12_000.0, 300.0), "preconditioner = \"patches\"");
+        let settings = &mut setup.bodies[0].settings;
+        settings.minimizer = Minimizer::Newton(NewtonSettings::default());
+        settings.hessian = hessian;
+        settings.solver.stop = settings.minimizer.default_stop();
+        let mut simulation = simulate(&setup);
+        let mut forks = Vec::new();
+        for _ in 0..4 {
+            advance(&mut simulation, 1);
+            forks.push(simulation.fork());
+        }
+        for (taken, fork) in (1..).zip(&mut forks) {
+            advance(fork, 4 - taken);
+            assert_eq!(fork.state_hash(), simulation.state_hash(), "{hessian:?} after {taken} steps");
+        }
     }
 }
 

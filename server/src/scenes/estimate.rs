@@ -4,7 +4,7 @@
 //! between 1.0 and 1.5 times what real scenes of cloth and of snow take.
 
 use nappe_scene::SceneSize;
-use nappe_sim::math::Precision;
+use nappe_sim::{linalg::patch_bytes, math::Precision};
 
 use crate::{
     config::Limits,
@@ -38,9 +38,9 @@ const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
 const COARSE_BLOCK: Cost = cost(48_000.0, 40_000.0);
 const COARSE_TOP: f64 = 0.8e6;
-/// Patches and their factors, of flat cloth a third of it, and the positions that they were made at. Where solves come to them late,
-/// the first of them takes it.
-const PATCHED_PARTICLE: Cost = cost(3_130.0, 3_130.0);
+/// The positions that patches were made at (bytes per particle), beside what they take themselves, of flat cloth a third of it. Where solves
+/// come to them late, the first of them takes it.
+const PATCHED_PARTICLE: f64 = 32.0;
 const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
@@ -78,6 +78,11 @@ pub(crate) struct Estimate {
     pub(crate) seconds: f64,
 }
 
+/// Bytes of the patches of so many particles.
+fn of_patches(particles: u64) -> f64 {
+    patch_bytes(particles) + PATCHED_PARTICLE * particles as f64
+}
+
 impl Estimate {
     pub(crate) fn of(size: &SceneSize, precision: Precision, thread_count: u32) -> Self {
         let wide = if precision == Precision::F64 { 1.0 } else { 0.0 };
@@ -90,7 +95,6 @@ impl Estimate {
             (size.iterated_particles, by(ITERATED_PARTICLE)),
             (size.divided_particles, by(DIVIDED_PARTICLE)),
             (size.coarse_blocks, COARSE_BLOCK),
-            (size.patched_particles, PATCHED_PARTICLE),
             (size.springs, by(SPRING)),
             (size.mesh_springs, MESH_SPRING),
             (size.triangles, TRIANGLE),
@@ -103,7 +107,8 @@ impl Estimate {
         ];
         let grid = size.snow_grid_bytes[usize::from(precision == Precision::F64)] as f64;
         let top = if size.coarse_blocks > 0 { COARSE_TOP } else { 0.0 };
-        let fixed = SESSION + THREAD * f64::from(thread_count) + grid + top + size.collider_bytes as f64;
+        let beside = grid + top + of_patches(size.patched_particles) + size.collider_bytes as f64;
+        let fixed = SESSION + THREAD * f64::from(thread_count) + beside;
         let sum = |bytes: fn(&Cost) -> f64| {
             parts.iter().map(|(count, cost)| *count as f64 * bytes(cost)).sum::<f64>()
         };
@@ -122,7 +127,7 @@ impl Estimate {
             build_bytes: (fixed + sum(|cost| cost.build.max(cost.session))) as u64,
             session_bytes: (fixed + sum(|cost| cost.session)) as u64,
             snow_bytes: (grid + size.snow_particles as f64 * by(SNOW_PARTICLE).session) as u64,
-            patch_bytes: (size.switching_particles as f64 * PATCHED_PARTICLE.session) as u64,
+            patch_bytes: of_patches(size.switching_particles) as u64,
             seconds: 1e-9 * nanoseconds,
         }
     }

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     collide::{Contacts, Met, Passed, resolve},
-    linalg::{Outcome, SolveReport, Stop},
+    linalg::{Outcome, PreconditionerKind, SolveReport, Stop},
     math::Real,
     report::{
         BoundKind, Diagnostics, ErrorEstimate, Load, Stage, StepFailure, Stopwatch, SurfaceReport, TimeBound,
@@ -195,7 +195,10 @@ impl<R: Real> Stepping<'_, R> {
         let ClothReport { error, notices, .. } = &mut work.tried;
         if let Some(solve) = &solve {
             notices.count(solve.outcome, settings.stop());
-            if matches!((solve.outcome, settings.stop()), (Outcome::IterationCap, Stop::Residual { .. })) {
+            let is_capped =
+                matches!((solve.outcome, settings.stop()), (Outcome::IterationCap, Stop::Residual { .. }));
+            // Without a preconditioner the residual is no energy.
+            if is_capped && settings.solver.preconditioner != PreconditionerKind::Identity {
                 *error = with_solve(*error, model, &work.numbers.scheme, solve.residual);
             }
         }

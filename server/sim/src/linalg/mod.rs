@@ -21,7 +21,7 @@ pub use coarse::{CoarseInverse, CoarseLayout, CoarseMatrix};
 pub use minres::{MinresWorkspace, minres};
 pub use operator::{LinearOperator, Preconditioner, Room, WholeOperator, WholePreconditioner};
 pub(crate) use patches::{MatrixParts, TakeParts};
-pub use patches::{PatchLayout, PatchMatrix, Patches};
+pub use patches::{PatchLayout, PatchMatrix, Patches, patch_bytes};
 pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
 pub use settings::{AtCap, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
 pub(crate) use sixteens::{Sums, add_lanes, lanes_at, load_six, packs, packs_at, store_padded, widen_six};

@@ -22,6 +22,10 @@ impl<R: Real> MatrixParts for StepMatrix<'_, R> {
             dispatch::<R, _>(HandOver { matrix: *self, block, take });
         }
     }
+
+    fn is_given_up(&self) -> bool {
+        self.interrupt.is_requested()
+    }
 }
 
 impl<R: Real> StepMatrix<'_, R> {

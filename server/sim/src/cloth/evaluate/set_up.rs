@@ -8,7 +8,7 @@ use crate::{
         state::Kept,
     },
     interrupt::Interrupt,
-    linalg::{Inverse3, PatchLayout, PatchMatrix, PreconditionerKind},
+    linalg::{Inverse3, MatrixParts, PatchLayout, PatchMatrix, PreconditionerKind},
     math::Real,
 };
 
@@ -32,6 +32,11 @@ impl<R: Real> SetUp<R> {
         &self.matrix
     }
 
+    /// Lets the next solve make them again: what they were made for may have other parameters now.
+    pub(crate) fn forget(&mut self) {
+        self.of.forget();
+    }
+
     /// Makes them of a matrix, whose inverse diagonal blocks these are; `kept` says what that is, if it is to be kept.
     pub(crate) fn make(
         &mut self,
@@ -42,6 +47,9 @@ impl<R: Real> SetUp<R> {
     ) {
         self.matrix.set_up(layout, matrix, inverse);
         self.of.follow(kept);
+        if matrix.is_given_up() {
+            self.of.forget();
+        }
     }
 
     /// Makes those that are kept, unless it has them: from an evaluation of its own, of the positions that they were made at,

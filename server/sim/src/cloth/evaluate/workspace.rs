@@ -114,6 +114,7 @@ impl<R: Real> Workspace<R> {
     /// Forgets what is known of the state, which somebody else changed.
     pub(crate) fn forget(&mut self) {
         self.current = None;
+        self.patches.forget();
     }
 
     /// The largest error (m) of the sub-step that was tried last.

@@ -12,6 +12,8 @@ pub(super) enum At {
     Round(u32),
     /// The iterate in the workspace's `next`.
     Iterate,
+    /// The same, a balance: the solve looks for a direction of negative curvature.
+    Balance,
 }
 
 /// Where the solution of a solve starts from.
@@ -28,8 +30,18 @@ impl At {
     pub(super) fn guess(self, settings: &ClothSettings) -> Guess {
         match self {
             Self::State | Self::Round(0) if settings.solver.warm_start => Guess::StepBefore,
-            Self::State | Self::Round(0) | Self::Iterate => Guess::Zero,
+            Self::State | Self::Round(0) | Self::Iterate | Self::Balance => Guess::Zero,
             Self::Round(_) => Guess::Here,
         }
+    }
+
+    /// Where a solve goes on that came to an end too early. One that looks for a direction begins anew: what it has found would hide it.
+    pub(super) fn again(self) -> Guess {
+        if self == Self::Balance { Guess::Zero } else { Guess::Here }
+    }
+
+    /// Whether the iterate in `next` was evaluated.
+    pub(super) fn is_iterate(self) -> bool {
+        matches!(self, Self::Iterate | Self::Balance)
     }
 }

@@ -174,7 +174,7 @@ impl<R: Real> Search<'_, '_, R> {
             return self.step.solve(At::Iterate, self.settings, self.interrupt);
         }
         let mixes = [self.mix.with_less(), Mix::ABSOLUTE];
-        let (report, mix) = self.step.solve_mixed(mixes, self.settings, self.interrupt);
+        let (report, mix) = self.step.solve_mixed(At::Iterate, mixes, self.settings, self.interrupt);
         self.mix = mix;
         report
     }

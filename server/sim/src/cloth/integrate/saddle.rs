@@ -4,6 +4,7 @@
 //! right-hand side is not at right angles to it: velocities at random are not.
 
 use super::{
+    at::At,
     mix::Mix,
     newton::{Iterate, Search, Tried},
 };
@@ -33,7 +34,7 @@ impl<R: Real> Search<'_, '_, R> {
         }
         self.scatter();
         let settings = self.to_the_end();
-        let (report, _) = self.step.solve_mixed([Mix::EXACT; 2], &settings, self.interrupt);
+        let (report, _) = self.step.solve_mixed(At::Balance, [Mix::EXACT; 2], &settings, self.interrupt);
         self.step.work.numbers.mirror = mirror;
         if self.interrupt.is_requested() {
             return Err(StepFailure::Interrupted);

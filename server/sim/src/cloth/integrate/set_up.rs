@@ -1,6 +1,9 @@
 //! What preconditioners of a step are set up with: the matrix on affine functions, or patches, which are kept as long as they serve.
 
-use super::{at::At, update::Step};
+use super::{
+    at::{At, Guess},
+    update::Step,
+};
 use crate::{
     cloth::{
         evaluate::{StepMatrix, Workspace},
@@ -20,7 +23,7 @@ impl<R: Real> Step<'_, R> {
         let Workspace { evaluation, numbers, next, coarse, patches, scratches, .. } = &mut *self.work;
         let State { x: iterate, kept, .. } = next;
         let (evaluation, numbers, scratches) = (&*evaluation, &*numbers, &*scratches);
-        let x = if at == At::Iterate { &*iterate } else { &state.x };
+        let x = if at.is_iterate() { &*iterate } else { &state.x };
         let matrix = StepMatrix::new((model, numbers), x, evaluation, scratches, interrupt);
         if let Some(layout) = affine(model, kind) {
             coarse.fill(layout, &|block, blocks| matrix.project(layout, block, blocks));
@@ -41,20 +44,34 @@ impl<R: Real> Step<'_, R> {
     }
 
     /// Iterations after which a solve goes on with patches that are set up for it; none where it has these, or ends by no
-    /// tolerance.
-    pub(super) fn limit_of_kept(&self, stop: Stop) -> Option<u32> {
-        if matches!(stop, Stop::Residual { .. }) { self.work.next.kept.limit() } else { None }
+    /// tolerance, or by another than those before.
+    pub(super) fn limit_of_kept(&self, at: At, stop: Stop) -> Option<u32> {
+        let is_told = matches!(stop, Stop::Residual { .. }) && at != At::Balance;
+        if is_told { self.work.next.kept.limit() } else { None }
     }
 
     /// Takes into account how a solve went with what is kept. Where solves end by no tolerance, iterations do not tell whether
-    /// it serves, and where they went on without patches it is not needed.
-    pub(super) fn note(&mut self, kind: PreconditionerKind, report: &SolveReport, stop: Stop) {
+    /// it serves, and where they went on without patches it is not needed. Those of a solve that began half done, and of one that ends by
+    /// another tolerance, tell nothing.
+    pub(super) fn note(
+        &mut self,
+        (at, guess): (At, Guess),
+        kind: PreconditionerKind,
+        report: &SolveReport,
+        stop: Stop,
+    ) {
         let kept = &mut self.work.next.kept;
         let is_told = kind == PreconditionerKind::Patches && matches!(stop, Stop::Residual { .. });
         match report.outcome {
-            Outcome::Converged if is_told => kept.note(report.iterations),
+            Outcome::Converged if is_told && at != At::Balance && guess != Guess::Here => {
+                kept.note(report.iterations);
+            }
             // Nothing is wrong with the preconditioner.
-            Outcome::NegativeCurvature { .. } | Outcome::ZeroCurvature { .. } if is_told => {}
+            Outcome::Converged | Outcome::NegativeCurvature { .. } | Outcome::ZeroCurvature { .. }
+                if is_told =>
+            {
+                kept.pass();
+            }
             _ => kept.forget(),
         }
     }

@@ -45,17 +45,18 @@ impl<R: Real> Step<'_, R> {
     /// took, and its mix.
     pub(super) fn solve_mixed(
         &mut self,
+        at: At,
         [first, last]: [Mix; 2],
         settings: &ClothSettings,
         interrupt: &Interrupt,
     ) -> (SolveReport, Mix) {
         let common = self.take_common_part();
         let mut kind = self.choose(settings);
-        self.set_up(At::Iterate, kind, interrupt);
+        self.set_up(at, kind, interrupt);
         let (mut mix, mut given_up) = (first, None::<SolveReport>);
         let report = loop {
             self.freeze(mix);
-            let solved = self.solve_on(At::Iterate, common.as_ref(), (kind, Some(mix)), settings, interrupt);
+            let solved = self.solve_on(at, common.as_ref(), (kind, Some(mix)), settings, interrupt);
             kind = solved.preconditioner.unwrap_or(kind);
             let report = given_up.map_or(solved, |before| solved.beside(before));
             if mix >= last || !is_not_positive(report.outcome) {
@@ -76,6 +77,12 @@ impl<R: Real> Step<'_, R> {
     fn freeze(&mut self, mix: Mix) {
         let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
         evaluation.freeze_springs(self.model, numbers, &next.x, mix.mirror(), scratches);
+    }
+
+    /// Freezes springs as they were evaluated, at the iterate in `next`.
+    fn freeze_as_evaluated(&mut self) {
+        let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
+        evaluation.freeze_springs(self.model, numbers, &next.x, numbers.mirror.to_f64(), scratches);
     }
 
     /// The preconditioner that the next solve begins with. Where one before came to its cap it is the patches that led on,
@@ -101,7 +108,7 @@ impl<R: Real> Step<'_, R> {
     ) -> SolveReport {
         let may_switch = settings.may_switch() && self.model.patches.is_some();
         let limit = match kind {
-            PreconditionerKind::Patches => self.limit_of_kept(settings.solver.stop),
+            PreconditionerKind::Patches => self.limit_of_kept(at, settings.solver.stop),
             _ => may_switch.then_some(SWITCHED_AFTER),
         };
         let stop = match (settings.solver.stop, limit) {
@@ -111,10 +118,11 @@ impl<R: Real> Step<'_, R> {
             (stop, _) => stop,
         };
         let solver = SolverSettings { stop, preconditioner: kind, ..settings.solver };
-        let report = self.conjugate((at, at.guess(settings)), common, solver, interrupt);
+        let guess = at.guess(settings);
+        let report = self.conjugate((at, guess), common, solver, interrupt);
         let is_capped = report.outcome == Outcome::IterationCap && !interrupt.is_requested();
         if limit.is_none() || !is_capped {
-            self.note(kind, &report, settings.solver.stop);
+            self.note((at, guess), kind, &report, settings.solver.stop);
             return report;
         }
 
@@ -124,17 +132,17 @@ impl<R: Real> Step<'_, R> {
             self.work.next.since_cap = 1;
         }
         let kind = PreconditionerKind::Patches;
-        // Patches are made of the tangent that is positive semi-definite.
+        // Patches are made of the tangent that was evaluated, which is positive semi-definite.
         if mix.is_some() {
-            self.freeze(Mix::ABSOLUTE);
+            self.freeze_as_evaluated();
         }
         self.set_up(at, kind, interrupt);
         if let Some(mix) = mix {
             self.freeze(mix);
         }
         let solver = SolverSettings { preconditioner: kind, ..settings.solver };
-        let second = self.conjugate((at, Guess::Here), common, solver, interrupt);
-        self.note(kind, &second, settings.solver.stop);
+        let second = self.conjugate((at, at.again()), common, solver, interrupt);
+        self.note((at, at.again()), kind, &second, settings.solver.stop);
         second.beside(report)
     }
 
@@ -154,6 +162,10 @@ impl<R: Real> Step<'_, R> {
         } = &mut *self.work;
         let groups = evaluation.rows.len();
         size(&mut next.dv, groups);
+        if kind == PreconditionerKind::Patches && interrupt.is_requested() {
+            // They may not have been made.
+            return SolveReport::at_once(Outcome::IterationCap, f64::NAN);
+        }
         let own = model.share.own();
         let begin = |dv: &mut [Sixteen<R>]| {
             if guess == Guess::StepBefore && state.dv.len() == groups {
@@ -168,7 +180,7 @@ impl<R: Real> Step<'_, R> {
         };
 
         let numbers = &*numbers;
-        let x = if at == At::Iterate { &next.x } else { &state.x };
+        let x = if at.is_iterate() { &next.x } else { &state.x };
         let pairs = Some(&contact.rows).filter(|rows| has_rows_of_pairs && !rows.is_empty());
         let matrix = StepMatrix::new((model, numbers), x, evaluation, scratches, interrupt).with(pairs);
         let (b, inverse) = match pairs {

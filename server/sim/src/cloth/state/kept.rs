@@ -27,8 +27,11 @@ pub(crate) struct Kept<R: Real> {
     h: f64,
     /// What it multiplied negative transverse ratios by.
     mirror: f64,
-    /// Iterations of the first solve that converged with it; 0 before.
+    /// Iterations of the first whole solve that converged with it; 0 before.
     iterations: u32,
+    /// Whether the solve that goes on has made it.
+    #[serde(skip)]
+    is_new: bool,
 }
 
 impl<R: Real> Kept<R> {
@@ -36,19 +39,20 @@ impl<R: Real> Kept<R> {
     pub(crate) fn begin(&mut self, x: &[Padded<R>], [h, mirror]: [f64; 2]) {
         self.x.clear();
         self.x.extend_from_slice(x);
-        (self.h, self.mirror, self.iterations) = (h, mirror, 0);
+        (self.h, self.mirror, self.iterations, self.is_new) = (h, mirror, 0, true);
     }
 
     /// Takes over what another one keeps.
     pub(crate) fn follow(&mut self, other: &Self) {
-        let Self { x, h, mirror, iterations } = other;
+        let Self { x, h, mirror, iterations, is_new } = other;
         self.x.clone_from(x);
-        (self.h, self.mirror, self.iterations) = (*h, *mirror, *iterations);
+        (self.h, self.mirror, self.iterations, self.is_new) = (*h, *mirror, *iterations, *is_new);
     }
 
     /// Keeps none.
     pub(crate) fn forget(&mut self) {
         self.begin(&[], [0.0; 2]);
+        self.is_new = false;
     }
 
     /// Whether it may precondition a matrix with this h (s) and this treatment of compressed springs.
@@ -71,9 +75,18 @@ impl<R: Real> Kept<R> {
         [self.h, self.mirror, f64::from(self.iterations)]
     }
 
-    /// Iterations after which a solve goes on with a new one; none of a new one.
+    /// Iterations after which a solve goes on with a new one; none of a new one. Of one that no whole solve has shown to serve, those from
+    /// which on it is not worth keeping.
     pub(crate) fn limit(&self) -> Option<u32> {
-        (self.iterations > 0).then(|| GIVEN_UP * self.iterations.max(FEW))
+        if self.is_new || self.x.is_empty() {
+            return None;
+        }
+        Some(if self.iterations > 0 { GIVEN_UP * self.iterations.max(FEW) } else { MANY })
+    }
+
+    /// Takes into account that a solve ended with it of which nothing follows.
+    pub(crate) fn pass(&mut self) {
+        self.is_new = false;
     }
 
     /// Takes into account that a solve converged after so many iterations: too many end it.
@@ -85,6 +98,7 @@ impl<R: Real> Kept<R> {
         } else {
             iterations > FEW && than * iterations > more * self.iterations
         };
+        self.is_new = false;
         if self.x.is_empty() {
             return;
         }
@@ -125,6 +139,8 @@ mod tests {
     fn it_ends_where_solves_take_half_as_many_iterations_again_as_the_first() {
         let mut kept = made();
         assert_eq!(kept.limit(), None);
+        kept.pass();
+        assert_eq!(kept.limit(), Some(60));
         kept.note(12);
         assert_eq!(kept.limit(), Some(36));
         kept.note(3);

@@ -4,6 +4,7 @@
 use super::{
     across::{All, BlockAcross},
     dense::{Dense, height, rest_height},
+    layout::MatrixParts,
     plan::Plan,
     singles::{Singles, flat, flat_mut},
     sizes::{Size, Sizes},
@@ -16,6 +17,7 @@ pub(super) struct Assembly<'a> {
     pub(super) all: All<'a>,
     pub(super) across: &'a [BlockAcross],
     pub(super) sizes: &'a Sizes,
+    pub(super) source: &'a dyn MatrixParts,
 }
 
 /// The columns of a front.
@@ -63,6 +65,9 @@ impl Assembly<'_> {
 
     /// Factors a front and those below it: panels of these, and memory whose first part takes what it passes on.
     pub(super) fn factor(self, number: u32, panels: &mut [Singles], memory: &mut [Singles]) {
+        if self.source.is_given_up() {
+            return;
+        }
         let front = &self.plan().fronts[number as usize];
         let size = self.sizes.fronts[number as usize];
         let own = panels.len() - size.pivots * height(size.rows);
@@ -105,7 +110,7 @@ impl Assembly<'_> {
 
     /// Writes what the patches of a front have with themselves and with those that are eliminated later.
     fn write_own(&self, number: u32, columns: &mut Columns<'_>) {
-        let Self { all, across, sizes } = *self;
+        let Self { all, across, sizes, .. } = *self;
         let plan = self.plan();
         let front = &plan.fronts[number as usize];
         for place in front.pivots.clone() {

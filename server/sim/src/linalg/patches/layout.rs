@@ -10,16 +10,27 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// Functions of a patch over its numbers, as a rule: of a rippled sheet 0.44, of a wavy one 0.24.
 const SOFT: f64 = 0.48;
-/// Bytes per particle of the factors by that rule, at most: of a sheet of 160 000 there are some 3 000.
-const MOST_BYTES: f64 = 32_768.0;
 /// What is kept per particle beside the factors (bytes): functions, what is beside the diagonal, what fronts pass on.
 const BESIDE: f64 = 1_200.0;
+
+/// Memory that the patches of so many particles take at most (bytes). What a sheet takes by the rule above grows with the depth of its
+/// tree: 3 000 bytes per particle of 19 500, 3 860 of 160 000, 5 200 of 4 million. A quarter more is left for other meshes; bodies that
+/// are so entangled that they would take more are refused.
+pub fn patch_bytes(particles: u64) -> f64 {
+    let doublings = libm::log2(particles.max(1000) as f64 / 19_500.0);
+    particles as f64 * 1.25 * (2_980.0 + 290.0 * doublings)
+}
 
 /// A matrix as the parts that it is the sum of, a block of rows at a time.
 pub(crate) trait MatrixParts: Sync {
     /// Hands over all parts that have to do with rows of a block, in a fixed order: springs and elements at each of their
     /// ends in the block.
     fn visit(&self, block: usize, take: &mut dyn TakeParts);
+
+    /// Whether nobody waits for it any more.
+    fn is_given_up(&self) -> bool {
+        false
+    }
 }
 
 /// Who takes the parts of a matrix.
@@ -110,7 +121,7 @@ impl PatchLayout {
             plan,
             damping,
         };
-        if made.expected_bytes() > MOST_BYTES * rest.len() as f64 {
+        if made.expected_bytes() > patch_bytes(rest.len() as u64) {
             let message = "springs or elements join so many patches of its particles that the factors of their \
                            matrix would not be small: too entangled for the preconditioner patches";
             return Err(message.to_owned());

@@ -62,16 +62,31 @@ impl PatchMatrix {
         each.each_with(
             || gathered.lend(),
             per_block_mut(functions),
-            |sums, block, functions| gather((layout, block), source, inverse, sums, functions),
+            |sums, block, functions| {
+                if !source.is_given_up() {
+                    gather((layout, block), source, inverse, sums, functions);
+                }
+            },
         );
+        // What is not made is not used: a solve that nobody waits for ends before it begins.
+        if source.is_given_up() {
+            return;
+        }
 
         let all = All { layout, blocks: &self.functions };
         let joined = &self.joined;
         each.each_with(
             || joined.lend(),
             per_block_mut(&mut self.across),
-            |sums, block, across| join_others(all, block, source, sums, across),
+            |sums, block, across| {
+                if !source.is_given_up() {
+                    join_others(all, block, source, sums, across);
+                }
+            },
         );
+        if source.is_given_up() {
+            return;
+        }
         self.count(layout);
 
         let Self { functions, across, sizes, panels, memory, .. } = self;
@@ -79,7 +94,7 @@ impl PatchMatrix {
         fit(panels, sizes.panels);
         fit(memory, sizes.fronts[root].need);
         let all = All { layout, blocks: functions };
-        Assembly { all, across, sizes }.factor(root as u32, panels, memory);
+        Assembly { all, across, sizes, source }.factor(root as u32, panels, memory);
     }
 
     /// Counts the unknowns of patches, blocks and fronts.

@@ -29,8 +29,8 @@ mod transfer;
 mod matrix;
 mod smooth;
 
-pub use layout::PatchLayout;
 pub(crate) use layout::{MatrixParts, TakeParts};
+pub use layout::{PatchLayout, patch_bytes};
 pub use matrix::PatchMatrix;
 
 use self::smooth::{After, Before, Left};

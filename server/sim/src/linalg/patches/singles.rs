@@ -29,7 +29,8 @@ pub(super) fn flat_mut(singles: &mut [Singles]) -> &mut [f32] {
 /// then means nothing.
 pub(super) fn fit(list: &mut Vec<Singles>, len: usize) {
     if list.capacity() < len {
-        list.clear();
+        // What it had is given back first.
+        *list = Vec::new();
         list.reserve_exact(len + len / 4);
     }
     list.resize(len, Singles::ZERO);
