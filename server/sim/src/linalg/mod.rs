@@ -8,9 +8,9 @@ mod operator;
 mod block_csr;
 mod precondition;
 mod two_level;
-mod patches;
 mod dot;
 mod cg;
+mod patches;
 mod solve;
 mod minres;
 

@@ -12,6 +12,7 @@ mod parameters;
 mod parts;
 mod together;
 mod cloth;
+mod cloth_parameters;
 mod cloth_fields;
 mod placed;
 mod snow;

@@ -1,4 +1,4 @@
-//! The tangent of springs frozen anew where they were evaluated, with another treatment of compressed ones.
+//! The tangent of springs frozen anew where it was evaluated, with compressed ones treated otherwise.
 //!
 //! Reads positions (m) and the numbers of a step; writes b (kg/m²) of the block a I + b d dᵀ of each spring. The inverse
 //! diagonal blocks stay those of the evaluation, and so does all else.

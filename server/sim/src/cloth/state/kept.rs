@@ -1,4 +1,4 @@
-//! What the patches of a preconditioner were set up for that solves still use, and how many iterations solves took with them.
+//! What the patches that solves still use were set up for, and how many iterations they needed.
 //!
 //! Functions and factors follow from positions, the h of the matrix and its treatment of compressed springs. The state holds
 //! these in their place, so that a copy of it, or one that was saved, goes on with the same bits.
@@ -49,7 +49,7 @@ impl<R: Real> Kept<R> {
         (self.h, self.mirror, self.iterations, self.is_new) = (*h, *mirror, *iterations, *is_new);
     }
 
-    /// Keeps none.
+    /// Gives the set-up away: the next solve with patches makes one.
     pub(crate) fn forget(&mut self) {
         self.begin(&[], [0.0; 2]);
         self.is_new = false;
