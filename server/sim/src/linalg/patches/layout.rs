@@ -14,11 +14,11 @@ const SOFT: f64 = 0.48;
 const BESIDE: f64 = 1_200.0;
 
 /// Memory that the patches of so many particles take at most (bytes). What a sheet takes by the rule above grows with the depth of its
-/// tree: 3 000 bytes per particle of 19 500, 3 860 of 160 000, 5 200 of 4 million. A quarter more is left for other meshes; bodies that
-/// are so entangled that they would take more are refused.
+/// tree: 3 000 bytes per particle of 19 500, 3 860 of 160 000, 5 200 of 4 million. A quarter more is left for other meshes, and 32 768 bytes
+/// for each of the first 256 particles, since small bodies may be entangled; bodies that would take more are refused.
 pub fn patch_bytes(particles: u64) -> f64 {
     let doublings = libm::log2(particles.max(1000) as f64 / 19_500.0);
-    particles as f64 * 1.25 * (2_980.0 + 290.0 * doublings)
+    particles as f64 * 1.25 * (2_980.0 + 290.0 * doublings) + particles.min(256) as f64 * 32_768.0
 }
 
 /// A matrix as the parts that it is the sum of, a block of rows at a time.
