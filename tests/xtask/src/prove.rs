@@ -56,6 +56,7 @@ fn bits(shell: &mut Shell) -> Result<(), Failure> {
 fn cloth(shell: &mut Shell) -> Result<(), Failure> {
     slow(shell, "cloth_slow")?;
     mutants::run(shell, &["cloth".to_owned()])?;
+    mutants::run(shell, &["surfaces".to_owned()])?;
     shell.cargo("bench zara", &format!("{NAPPE} bench zara --sizes 2500,22500"))
 }
 

@@ -6,7 +6,7 @@
 use super::patch::{Patch, expression, text};
 
 /// Parts of the names of tests that are left out.
-pub(super) const SLOW: [&str; 14] = [
+pub(super) const SLOW: [&str; 17] = [
     "convergence::",
     "conservation::",
     "shipped::",
@@ -21,6 +21,10 @@ pub(super) const SLOW: [&str; 14] = [
     "a_flag_flutters",
     "falls_broadside_and_edge_on",
     "whatever_its_mesh",
+    // The contact of cloth with cloth has mutants of its own.
+    "surface::",
+    "cloth_that_meets_itself",
+    "nothing_of_the_contact_of_cloth",
 ];
 
 /// What each mutant does wrong, in the order of their numbers, from 101.

@@ -102,7 +102,10 @@ impl Harness {
         for binary in suite.binaries {
             let mut arguments = Vec::new();
             match tests {
-                Tests::Quick => arguments.extend(suite.slow.iter().flat_map(|slow| ["--skip", slow])),
+                Tests::Quick => {
+                    arguments.extend(suite.only);
+                    arguments.extend(suite.slow.iter().flat_map(|slow| ["--skip", slow]));
+                }
                 Tests::Named(names) => {
                     let own = format!("{binary}::");
                     arguments.extend(names.iter().filter_map(|name| name.strip_prefix(&own)));

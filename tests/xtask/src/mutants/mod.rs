@@ -7,6 +7,7 @@
 
 mod patch;
 mod cloth;
+mod surface;
 mod snow;
 mod suite;
 mod list;
@@ -36,7 +37,7 @@ pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure
             let suites: Vec<_> = SUITES.iter().filter(|suite| suite.name == name).collect();
             shell.step(&format!("mutants of {name}"), |shell| check(shell, &suites))
         }
-        _ => Err(Failure("usage: cargo xtask mutants [all | cloth | snow]".to_owned())),
+        _ => Err(Failure("usage: cargo xtask mutants [all | cloth | surfaces | snow]".to_owned())),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The suites: the mutants of one part of the numerics, and the tests that are to notice them.
 
-use super::{cloth, patch::Patch, snow};
+use super::{cloth, patch::Patch, snow, surface};
 
 /// Mutants that one page tells of.
 pub(super) struct Suite {
@@ -18,12 +18,14 @@ pub(super) struct Suite {
     pub(super) patches: &'static [Patch],
     /// Suites of `tests/` that are run.
     pub(super) binaries: &'static [&'static str],
+    /// Parts of the names of tests, of which one that is run has at least one; all are run where there is none.
+    pub(super) only: &'static [&'static str],
     /// Parts of the names of tests that are left out: long runs, which say little that quick ones do not.
     pub(super) slow: &'static [&'static str],
 }
 
 /// The suites in the order in which they are run.
-pub(super) const SUITES: [Suite; 2] = [
+pub(super) const SUITES: [Suite; 3] = [
     Suite {
         name: "cloth",
         page: "docs/laws/cloth-mutants.md",
@@ -32,7 +34,19 @@ pub(super) const SUITES: [Suite; 2] = [
         names: &cloth::NAMES,
         patches: &cloth::PATCHES,
         binaries: &["cloth", "linalg", "determinism"],
+        only: &[],
         slow: &cloth::SLOW,
+    },
+    Suite {
+        name: "surfaces",
+        page: "docs/laws/surface-mutants.md",
+        folder: "server/sim/src",
+        first: 201,
+        names: &surface::NAMES,
+        patches: &surface::PATCHES,
+        binaries: &["cloth"],
+        only: &surface::ONLY,
+        slow: &surface::SLOW,
     },
     Suite {
         name: "snow",
@@ -42,6 +56,7 @@ pub(super) const SUITES: [Suite; 2] = [
         names: &snow::NAMES,
         patches: &snow::PATCHES,
         binaries: &["snow"],
+        only: &[],
         slow: &snow::SLOW,
     },
 ];
