@@ -47,10 +47,14 @@ pub(super) fn parse(text: &str) -> Caught {
 /// The page of a suite: a row for each mutant.
 pub(super) fn page(suite: &Suite, caught: &Caught) -> String {
     let folders: Vec<_> = suite.binaries.iter().map(|binary| format!("`tests/{binary}`")).collect();
+    let named = match suite.only {
+        [] => String::new(),
+        only => format!(" with `{}` in their names", only.join("` or `")),
+    };
     let head = format!(
         "# Mutants of {}\n\n\
          A mutant is the program with one error made on purpose. {} of them are built into a copy of the \
-         sources, behind a switch\nthat the program itself does not have, and the quick tests of {} are run \
+         sources, behind a switch\nthat the program itself does not have, and the quick tests of {}{named} are run \
          for each. Without a mutant all of\nthem pass; each mutant makes at least one fail. Long runs are left \
          out. [The complete list](mutants.txt) has every test that\nfails. `cargo xtask mutants` checks this \
          page, `cargo xtask bless mutants` writes it.\n\n\
