@@ -2,7 +2,7 @@
 
 /** What is counted is that of so long (ms). */
 const WINDOW = 1_000;
-/** Of what the line carried in its first second, so much is asked for. */
+/** Of what the line carried in the second that told of it, so much is asked for. */
 const SHARE = 0.7;
 /** Of the frames that could come, a line that carries less is the one that bounds them. */
 const NEARLY_ALL = 0.8;
@@ -55,7 +55,15 @@ export class Line {
 }
 
 /**
- * Pictures per second to ask for, by what the first second brought: `received` frames of `made`, at `rate` at most. A line
+ * Whether a second with `received` frames of `made` tells what the line carries. One in which all of a few frames came does
+ * not: more may be made later.
+ */
+export function isTold(received: number, made: number, rate: number): boolean {
+  return made >= NEARLY_ALL * rate || received < NEARLY_ALL * made;
+}
+
+/**
+ * Pictures per second to ask for, by what such a second brought: `received` frames of `made`, at `rate` at most. A line
  * that carries what is made keeps its rate.
  */
 export function rateFor(received: number, made: number, rate: number): number {

@@ -3,7 +3,7 @@
 // What was made is asked of the server: what lies in the sockets of a slow line does not say that anything was left out.
 
 import { element, make } from './dom.ts';
-import { rateFor } from './line.ts';
+import { isTold, rateFor } from './line.ts';
 
 const FIRST = 60;
 /** A second in which fewer frames were made says nothing of the line. */
@@ -45,13 +45,13 @@ export class RateChoice {
     if (this.isMade || before === null) return;
     const seconds = (at - before.at) / 1e3;
     const made = Number(frame - before.frame) / seconds;
-    if (made < ENOUGH) return;
+    if (made < ENOUGH || !isTold(received / seconds, made, FIRST)) return;
     this.isMade = true;
     const rate = rateFor(received / seconds, made, FIRST);
     if (rate !== FIRST) this.choose(rate);
   }
 
-  /** The session does not play. */
+  /** The session does not play, or nobody listens to it. */
   rest(): void {
     this.before = null;
   }

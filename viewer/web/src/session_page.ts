@@ -224,7 +224,7 @@ export class SessionPage {
 
   /** What the stream does not tell: watchers, hash, limits; how old the picture is. */
   private async look(): Promise<void> {
-    if (document.hidden || this.isOver) return;
+    if (document.hidden || this.isOver) return this.rates.rest();
     const since = performance.now();
     try {
       const session = await this.client.get(this.session);
@@ -240,7 +240,7 @@ export class SessionPage {
   private measure({ timeSeconds, state, frame: made }: Session): void {
     const now = performance.now();
     const frame = this.newest;
-    if (frame === null || state !== SessionState.PLAYING) {
+    if (frame === null || state !== SessionState.PLAYING || !this.stream.isOpen) {
       this.paced = this.age = this.pace = null;
       this.rates.rest();
       return;
@@ -256,6 +256,7 @@ export class SessionPage {
 
   /** A server that said that it ends is not missed. */
   private lost(attempt: number): void {
+    this.rates.rest();
     if (!this.isDraining || attempt > PATIENT) stand(words.lost(attempt));
   }
 

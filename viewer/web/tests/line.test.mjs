@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { load } from './bundle.mjs';
 
-const { Line, rateFor } = await load('src/line.ts');
+const { Line, isTold, rateFor } = await load('src/line.ts');
 const { Minute } = await load('src/minute.ts');
 
 test('frames, bytes and what was left out are those of the last second', () => {
@@ -21,6 +21,14 @@ test('a line that carries what is made keeps its rate, also where little is made
   assert.equal(rateFor(60, 60, 60), 60);
   assert.equal(rateFor(57, 500, 60), 60, 'what is above the rate is left out');
   assert.equal(rateFor(12, 12, 60), 60, 'a slow session is no slow line');
+});
+
+test('a second in which all of a few frames came does not tell what the line carries', () => {
+  assert.equal(isTold(12, 12, 60), false);
+  assert.equal(isTold(40, 40, 60), false);
+  assert.equal(isTold(60, 60, 60), true);
+  assert.equal(isTold(57, 500, 60), true);
+  assert.equal(isTold(8, 12, 60), true, 'a line that carries less than a few frames is slow');
 });
 
 test('a slow line is asked for 70 % of what it carried, and for something', () => {

@@ -40,14 +40,14 @@ async function cuts(browser, { client }, line) {
 async function crawls(browser, { client }, page) {
   await client.create({ scene: 'demo', sessionId: 'slow-line', stepLimit: 0n });
   const { port } = new URL(client.address);
-  // Ten frames per second, each of 7744 particles.
-  const line = await lineTo(Number(port), page, 10 * 7744 * 12);
+  // Three frames per second, each of 7744 particles: a machine with much other work makes more.
+  const line = await lineTo(Number(port), page, 3 * 7744 * 12);
   const tab = await open(browser, `${line.address}?session=slow-line`);
   await tab.ready();
   await client.play('slow-line', { realTimeFactor: 1 });
-  await eventually(() => tab.page.evaluate(() => Number(document.getElementById('rate').value) < 60), 'a slow line is noticed', 2 * LATE);
+  await eventually(() => tab.page.evaluate(() => Number(document.getElementById('rate').value) < 60), 'a slow line is noticed');
   const rate = await tab.page.evaluate(() => Number(document.getElementById('rate').value));
-  assert.ok(rate <= 10, `${rate} pictures per second are asked for`);
+  assert.ok(rate <= 3, `${rate} pictures per second are asked for`);
   await client.pause('slow-line');
   await tab.close();
   line.close();
