@@ -12,6 +12,8 @@ use crate::{
 
 /// h² k over the reduced mass of a pair.
 pub(super) const STIFFNESS: f64 = 100.0;
+/// Times what a pair lacks of its target that its push alone takes a particle, at most.
+const FARTHEST: f64 = 3.0;
 /// Share of the gap at the start that a pair must keep on its way.
 pub(crate) const KEPT: f64 = 0.1;
 /// Share of lost thickness that a sub-step gives back. All at once would throw what lies on top.
@@ -99,7 +101,6 @@ impl Pair {
         let thickness = surface.distance_of(&candidate);
         let target = if gap < thickness { gap + REGAINED * (thickness - gap) } else { thickness };
         let weights = found.weights;
-        let softness: f64 = (0..4).map(|k| weights[k] * weights[k] * inv_m[k]).sum();
         let mut pair = Self {
             candidate,
             weights,
@@ -107,7 +108,7 @@ impl Pair {
             gap,
             thickness,
             target,
-            stiffness: if softness > 0.0 { STIFFNESS / softness } else { 0.0 },
+            stiffness: stiffness_of(weights, inv_m),
             rub: 0.0,
             slip: CREEP,
             free_speed: 0.0,
@@ -222,6 +223,17 @@ impl Pair {
         (self.rub, self.slip, self.free_speed) = (before.rub, before.slip, before.free_speed);
         self.bears = before.bears;
     }
+}
+
+/// h² k (kg) of a pair with such weights of its corners and inverse masses (1/kg); 0 where nothing is free.
+///
+/// A stiffness K with what a pair lacks, t - g0, takes a corner K |w| / m / (1 + K sum w² / m) times as far. Between pins a corner of little weight
+/// would go 1 / |w| times as far, to give back what only the pins could.
+fn stiffness_of(weights: [f64; 4], inv_m: [f64; 4]) -> f64 {
+    let softness: f64 = (0..4).map(|k| weights[k] * weights[k] * inv_m[k]).sum();
+    let ease = (0..4).map(|k| weights[k].abs() * inv_m[k]).fold(0.0, f64::max);
+    let softness = softness.max(STIFFNESS * (ease / FARTHEST - softness));
+    if softness > 0.0 { STIFFNESS / softness } else { 0.0 }
 }
 
 /// Whether parts at a distance (m) stay apart, if no corner comes nearer to one of the other part than by `room` (m).

@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Rounds of a sub-step, at most, and those after which certificates alone decide.
-pub(crate) const ROUNDS: u32 = 8;
+pub(crate) const ROUNDS: u32 = 12;
 const SETTLING: u32 = 4;
 /// Rounds at the end in which pairs are not made harder.
 const LAST: u32 = 2;
