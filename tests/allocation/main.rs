@@ -17,7 +17,9 @@ use nappe_tests::{
     Method, Scene,
     meshes::{TRAY_HALF, tray},
     networks::{sheet, sheet_rules},
+    numbering::Numbering,
     ranks::DIVIDES_FROM,
+    surface::{Case, piled},
     threads::pool,
 };
 
@@ -56,6 +58,13 @@ fn in_tray(method: Method, solver: SolverSettings) -> Scene {
     let mut scene = scene(method, solver);
     let place = |[x, y, z]: [f64; 3]| [4.0 * (x - TRAY_HALF) + 1.1575, 4.0 * y - 0.005, 4.0 * z + 0.575];
     scene.colliders = vec![tray(60.0).mapped(place).collider(0.3, 0.005)];
+    scene
+}
+
+/// A pile of sheets that keep a thickness.
+fn pile(precision: Precision) -> Scene {
+    let mut scene = piled([3, 10], 2e-3, &Case { precision, friction: 0.3, numbering: Numbering::AsBuilt });
+    scene.settings.block_size = 64;
     scene
 }
 
@@ -136,6 +145,11 @@ fn a_step_allocates_nothing_after_the_first_ones() {
             let mut simulation = in_tray(all_solvers, fixed).simulate(precision);
             let made = pool.install(|| count(&mut simulation, 3));
             assert_eq!(made, 0, "in a tray of triangles, {precision}, {threads} threads");
+
+            // Room for pairs grows until the sheets lie on each other.
+            let mut simulation = pile(precision).simulate(precision);
+            let made = pool.install(|| count(&mut simulation, 100));
+            assert_eq!(made, 0, "sheets that lie on each other, {precision}, {threads} threads");
         }
     }
 

@@ -2,11 +2,12 @@
 
 use nappe_sim::{
     math::{Precision, SimdLevel, force_simd_level, simd_level},
-    world::{Simulation, WorldSetup},
+    world::{BodySetup, Simulation, WorldSetup},
 };
 use nappe_tests::{
     numbering::Numbering,
     scene::advance,
+    sheets::Sheet,
     surface::{Case, bodies_on_a_ball, built, on_a_ball, piled},
     threads::with_threads,
 };
@@ -15,12 +16,19 @@ use nappe_tests::{
 const STEPS: u64 = 60;
 
 /// Worlds of several blocks in which surfaces touch, by name.
-fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 3] {
+fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 4] {
     let case = Case { precision, friction: 0.3, numbering: Numbering::AsBuilt };
+    let bodies = bodies_on_a_ball(13, [0.03, 0.1], 4e-3, &case);
+    let mut one_is_thin = bodies.clone();
+    let thin = Sheet::level(13, 0.03, [0.01, 0.25, 0.0], 0.2).network();
+    let settings = bodies.bodies[0].settings;
+    let thin = BodySetup { name: "thin".to_owned(), network: thin, settings, forces: Vec::new() };
+    one_is_thin.bodies.insert(1, thin);
     let worlds = [
         ("on a ball", on_a_ball([3, 13], [0.03, 0.1], 4e-3, &case).setup()),
         ("a pile", piled([3, 10], 2e-3, &case).setup()),
-        ("bodies on a ball", bodies_on_a_ball(13, [0.03, 0.1], 4e-3, &case)),
+        ("bodies on a ball", bodies),
+        ("a thin body between others", one_is_thin),
     ];
     worlds.map(|(name, mut world)| {
         world.bodies.iter_mut().for_each(|body| body.settings.block_size = 64);

@@ -12,44 +12,54 @@ pub struct Crossing {
     pub triangle: [u32; 3],
 }
 
+/// Counts crossings, with memory that serves from one count to the next.
+#[derive(Clone, Debug)]
+pub struct Crossings {
+    tree: Tree,
+    /// Of each block of triangles.
+    found: Vec<Found>,
+}
+
 /// What a block of triangles has found.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 struct Found {
     count: u64,
     first: Option<Crossing>,
 }
 
-/// How many pairs there are of an edge and a triangle that it crosses, by the rule of [`crosses`], of those that share no
-/// particle; and the first of them: in the order of the lower of the two triangles that the pair belongs to, then of the
-/// other.
-///
-/// `x` gives the place (m, finite) of a particle. The boxes of the tree are made anew.
-///
-/// # Panics
-/// When the faces are not as many as the tree is over.
-pub fn crossings(
-    faces: &Faces,
-    tree: &mut Tree,
-    x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
-) -> (u64, Option<Crossing>) {
-    let triangles = faces.triangles();
-    tree.refit(&|face| {
-        let [a, b, c] = triangles[face].map(|corner| array3(&x(corner)));
-        let low = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]));
-        let high = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]));
-        [low, high]
-    });
-    let found = tree.by_block(|block, found: &mut Found| {
-        block.partners(|face, partners| {
+impl Crossings {
+    /// Room for the count over these faces.
+    pub fn new(faces: &Faces) -> Self {
+        Self { tree: Tree::new(faces.triangles().len()), found: Vec::new() }
+    }
+
+    /// How many pairs there are of an edge and a triangle that it crosses, by the rule of [`crosses`], of those that share no
+    /// particle; and the first of them: in the order of the lower of the two triangles that the pair belongs to, then of the
+    /// other.
+    ///
+    /// `x` gives the place (m, finite) of a particle.
+    ///
+    /// # Panics
+    /// When the faces are not as many as this was made for.
+    pub fn count(&mut self, faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync)) -> (u64, Option<Crossing>) {
+        let Self { tree, found } = self;
+        let triangles = faces.triangles();
+        tree.refit(&|face| {
+            let [a, b, c] = triangles[face].map(|corner| array3(&x(corner)));
+            let low = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]));
+            let high = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]));
+            [low, high]
+        });
+        tree.partners(found, |found: &mut Found, face, partners| {
             for other in partners {
                 for (from, to) in [(face, *other), (*other, face)] {
                     found.look(faces, x, from, to);
                 }
             }
         });
-    });
-    let count = found.iter().map(|found| found.count).sum();
-    (count, found.into_iter().find_map(|found| found.first))
+        let count = found.iter().map(|found| found.count).sum();
+        (count, found.iter().find_map(|found| found.first))
+    }
 }
 
 impl Found {

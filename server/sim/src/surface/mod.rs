@@ -15,7 +15,7 @@ mod predicates;
 mod crossings;
 
 pub use beside::Beside;
-pub use crossings::{Crossing, crossings};
+pub use crossings::{Crossing, Crossings};
 pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangle};
 pub use faces::Faces;
 pub use predicates::crosses;

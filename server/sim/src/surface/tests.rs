@@ -209,7 +209,7 @@ fn a_surface_without_triangles_has_no_pairs() {
     let mut tree = Tree::new(0);
     let nowhere = |_: &[u32]| [[0.0; 3]; 2];
     assert!(candidates(&faces, &mut tree, &nowhere, &|_, _| true).is_empty());
-    assert_eq!(crossings(&faces, &mut tree, &|_| Vec3::zeros()), (0, None));
+    assert_eq!(Crossings::new(&faces).count(&faces, &|_| Vec3::zeros()), (0, None));
 }
 
 #[test]
@@ -226,10 +226,10 @@ fn crossings_are_those_of_all_edges_with_all_triangles() {
                 }
             }
         }
-        let mut tree = Tree::new(faces.triangles().len());
+        let mut crossings = Crossings::new(&faces);
         for threads in [1, 3] {
             on_threads(threads, || {
-                let (count, first) = crossings(&faces, &mut tree, &at);
+                let (count, first) = crossings.count(&faces, &at);
                 assert_eq!(count, pairs.len() as u64, "{side} {crumpled}");
                 let lowest = pairs.iter().map(|(a, b, _)| (*a, *b)).min();
                 let is_first = |(a, b, crossing): &(usize, usize, Crossing)| {
@@ -245,8 +245,8 @@ fn crossings_are_those_of_all_edges_with_all_triangles() {
 #[test]
 fn a_corner_that_sticks_out_by_a_nanometre_is_counted() {
     let (faces, mut x) = (faces(4, 2), places(4, 2, 0.0));
-    let mut tree = Tree::new(faces.triangles().len());
-    let mut count = |x: &[Vec3<f64>]| crossings(&faces, &mut tree, &|point| x[point as usize]);
+    let mut crossings = Crossings::new(&faces);
+    let mut count = |x: &[Vec3<f64>]| crossings.count(&faces, &|point| x[point as usize]);
     for (depth, expected) in [(-1e-9, 0), (0.0, 0), (1e-9, 2)] {
         // Above the inside of a triangle of the other sheet.
         x[0] = Vec3::new(0.3, 0.1 + depth, 0.3);
@@ -266,7 +266,7 @@ fn sheets_that_go_through_each_other_along_their_seams_are_counted() {
         let [u, v] = [i % side, i / side].map(f64::from);
         if sheet == 0 { Vec3::new(u, 0.0, v) } else { Vec3::new(u, v - 1.5, 2.0) }
     };
-    let (count, first) = crossings(&faces, &mut Tree::new(faces.triangles().len()), &at);
+    let (count, first) = Crossings::new(&faces).count(&faces, &at);
     // Five edges through particles, two of them at the border, and four through seams.
     assert_eq!(count, 3 * 6 + 2 * 3 + 4 * 2);
     assert!(first.is_some());

@@ -180,27 +180,21 @@ impl Tree {
         Ok(())
     }
 
-    /// Calls `each` for every block of triangles, with room for the search; gives what each call leaves, in their order.
-    pub(super) fn by_block<T: Default + Send>(&self, each: impl Fn(Block<'_>, &mut T) + Sync) -> Vec<T> {
-        let mut left: Vec<T> = (0..self.found.len()).map(|_| T::default()).collect();
-        Own::whole(left.len(), 1).each(per_block_mut(&mut left), |block, left| {
-            each(Block { tree: self, block }, left);
+    /// Calls `each` for the triangles with those of greater number whose boxes meet theirs, ascending, and with what is left of
+    /// their block, which is made anew.
+    pub(super) fn partners<T: Default + Send>(
+        &mut self,
+        left: &mut Vec<T>,
+        each: impl Fn(&mut T, usize, &[usize]) + Sync,
+    ) {
+        let Self { faces, levels, found, .. } = self;
+        let blocks = found.len();
+        left.clear();
+        left.resize_with(blocks, T::default);
+        let fields = (per_block_mut(left), per_block_mut(found));
+        Own::whole(blocks, 1).each(fields, |block, (left, found)| {
+            found.search.partners(levels, *faces, block, |face, partners| each(left, face, partners));
         });
-        left
-    }
-}
-
-/// A block of triangles, to be searched from.
-pub(super) struct Block<'a> {
-    tree: &'a Tree,
-    block: usize,
-}
-
-impl Block<'_> {
-    /// Calls `each` for the triangles of the block with those of greater number whose boxes meet theirs, ascending.
-    pub(super) fn partners(&self, each: impl FnMut(usize, &[usize])) {
-        let mut search = Search::default();
-        search.partners(&self.tree.levels, self.tree.faces, self.block, each);
     }
 }
 

@@ -4,17 +4,17 @@ use super::ways::wide;
 use crate::{
     cloth::layout::Surface,
     math::{Padded, Real},
-    surface::{Tree, crossings},
+    surface::Crossings,
 };
 
 /// Memory of the count.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Count(Option<Tree>);
+pub(crate) struct Count(Option<Crossings>);
 
 impl Count {
     /// How many edges cross triangles with particles at these positions (m).
     pub(crate) fn of<R: Real>(&mut self, surface: &Surface, x: &[Padded<R>]) -> u64 {
-        let tree = self.0.get_or_insert_with(|| Tree::new(surface.faces.triangles().len()));
-        crossings(&surface.faces, tree, &|particle| wide(&x[particle as usize])).0
+        let crossings = self.0.get_or_insert_with(|| Crossings::new(&surface.faces));
+        crossings.count(&surface.faces, &|particle| wide(&x[particle as usize])).0
     }
 }

@@ -13,7 +13,7 @@ use crate::{
         array3, number,
     },
     parallel::hilbert_order,
-    surface::{self, Crossing, Faces, Tree},
+    surface::{Crossing, Crossings, Faces},
 };
 
 /// Edges of a surface that cross triangles of it.
@@ -121,8 +121,7 @@ impl Network {
         let order = hilbert_order(&middles, 0.0);
         let triangles: Vec<[u32; 3]> = order.iter().map(|i| self.triangles[*i as usize]).collect();
         let faces = Faces::new(&triangles, self.x.len());
-        let mut tree = Tree::new(faces.triangles().len());
-        let (count, first) = surface::crossings(&faces, &mut tree, &place);
+        let (count, first) = Crossings::new(&faces).count(&faces, &place);
         first.map(|Crossing { edge, triangle }| Crossed { count, edge, triangle })
     }
 }
