@@ -24,6 +24,8 @@ pub(super) const SHORT: f64 = 0.01;
 /// Share of the thickness and of the gap at the start below which a pair is made harder, and how much.
 pub(super) const THIN: f64 = 0.5;
 pub(super) const HARDER: f64 = 4.0;
+/// Rounds after which certificates alone decide, and friction stays as it is: what is hard to keep apart does not settle while it changes.
+pub(super) const SETTLING: u32 = 4;
 /// Friction over Coulomb's bound from which on a pair slips.
 const SLIPS: f64 = 1.05;
 /// Least speed (m/s) along each other by which friction is divided: what rests creeps.
@@ -180,7 +182,7 @@ impl Pair {
             self.stiffness *= HARDER;
             change = Change::Something;
         }
-        if friction > 0.0 && self.rubs_otherwise(way, dt, friction, round) {
+        if friction > 0.0 && round < SETTLING && self.rubs_otherwise(way, dt, friction, round) {
             change = Change::Something;
         }
         change

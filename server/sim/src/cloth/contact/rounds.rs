@@ -3,7 +3,7 @@
 use super::{
     book::PairEnergy,
     certificate::{is_safe, separation},
-    pair::{Change, Pair},
+    pair::{Change, Pair, SETTLING},
     rows::PairRows,
     search::Search,
     wall::{Wall, When},
@@ -22,9 +22,8 @@ use crate::{
     surface::{Crowded, closest},
 };
 
-/// Rounds of a sub-step, at most, and those after which certificates alone decide.
+/// Rounds of a sub-step, at most.
 pub(crate) const ROUNDS: u32 = 12;
-const SETTLING: u32 = 4;
 /// Rounds at the end in which pairs are not made harder.
 const LAST: u32 = 2;
 /// Roundings of a position below which no gap may fall.
