@@ -151,6 +151,14 @@ fn scenes() -> Vec<(&'static str, String)> {
             ),
         ),
         (
+            "cloth, patches",
+            cloth(
+                "grid = [200, 200], spacing = 0.01, ripple = 0.002",
+                &all.replace("1.0", "1e10"),
+                &format!("{implicit}\nsolver = {{ preconditioner = \"patches\" }}"),
+            ),
+        ),
+        (
             "cloth, lattice, stretch",
             cloth("grid = [200, 200], spacing = 0.01", &format!("stretch = {law}"), implicit),
         ),
