@@ -8,11 +8,14 @@ import { isTold, rateFor } from './line.ts';
 const FIRST = 60;
 /** A second in which fewer frames were made says nothing of the line. */
 const ENOUGH = 5;
+/** After so many seconds that tell nothing a line carries what is made: one hiccup later on does not make it slow. */
+const TRIES = 10;
 
 export class RateChoice {
   private isMade = false;
   private before: { at: number; frame: bigint } | null = null;
   private received = 0;
+  private tried = 0;
 
   constructor(private readonly changed: (rate: number) => void) {
     const select = element<HTMLSelectElement>('rate');
@@ -45,8 +48,11 @@ export class RateChoice {
     if (this.isMade || before === null) return;
     const seconds = (at - before.at) / 1e3;
     const made = Number(frame - before.frame) / seconds;
-    if (made < ENOUGH || !isTold(received / seconds, made, FIRST)) return;
-    this.isMade = true;
+    if (made < ENOUGH) return;
+    this.tried += 1;
+    const told = isTold(received / seconds, made, FIRST);
+    this.isMade = told || this.tried === TRIES;
+    if (!told) return;
     const rate = rateFor(received / seconds, made, FIRST);
     if (rate !== FIRST) this.choose(rate);
   }
