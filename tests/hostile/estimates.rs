@@ -112,6 +112,10 @@ fn with_one_above(text: &str) -> String {
 
 /// Scenes of some megabytes, in the ways that scenes are made.
 fn scenes() -> Vec<(&'static str, String)> {
+    [cloth_scenes(), snow_scenes()].concat()
+}
+
+fn cloth_scenes() -> Vec<(&'static str, String)> {
     let cloth = |mesh: &str, springs: &str, how: &str| {
         format!(
             "version = 1\ndt = 1e-4\n[[body]]\nname = \"b\"\nmesh = {{ {mesh} }}\nmass = {{ particle = 0.01 }}\n\
@@ -120,12 +124,6 @@ fn scenes() -> Vec<(&'static str, String)> {
     };
     let law = "{ stiffness = 1.0 }";
     let all = format!("stretch = {law}, shear = {law}, bend = {law}");
-    let snow = |keys: &str, object: &str| {
-        format!(
-            "version = 1\ndt = 1e-4\n[snow]\ncell = 0.02\n{keys}\n[[snow.object]]\nname = \"s\"\n\
-             sphere = {{ center = [0, 1, 0], radius = 0.4 }}\nparticles = 100000\n{object}\n"
-        )
-    };
     let implicit = "integrator = \"implicit_euler\"";
     let thick = format!("{implicit}\nthickness = 0.004");
     vec![
@@ -180,6 +178,17 @@ fn scenes() -> Vec<(&'static str, String)> {
             "cloth, chain",
             cloth("chain = 40000, spacing = 0.01", &format!("stretch = {law}, bend = {law}"), implicit),
         ),
+    ]
+}
+
+fn snow_scenes() -> Vec<(&'static str, String)> {
+    let snow = |keys: &str, object: &str| {
+        format!(
+            "version = 1\ndt = 1e-4\n[snow]\ncell = 0.02\n{keys}\n[[snow.object]]\nname = \"s\"\n\
+             sphere = {{ center = [0, 1, 0], radius = 0.4 }}\nparticles = 100000\n{object}\n"
+        )
+    };
+    vec![
         ("snow, mls", snow("", "")),
         ("snow, pic_flip", snow("transfer = \"pic_flip\"", "volume = \"grid\"")),
         ("snow, semi-implicit", snow("transfer = \"pic_flip\"\nbeta = 0.5", "")),
