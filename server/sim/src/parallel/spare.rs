@@ -16,6 +16,14 @@ pub(crate) struct Lent<'a, T: Default> {
 }
 
 impl<T: Default> Spare<T> {
+    /// Keeps `count` values or more, so that as many calls at the same time make none; each is prepared.
+    pub(crate) fn ready(&mut self, count: usize, prepare: impl Fn(&mut T)) {
+        let values = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let count = count.max(values.len());
+        values.resize_with(count, T::default);
+        values.iter_mut().for_each(prepare);
+    }
+
     /// What a call before has left, or a new value; to be put back.
     pub(crate) fn take(&self) -> T {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()

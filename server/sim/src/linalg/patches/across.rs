@@ -4,7 +4,7 @@ use super::{
     functions::{WIDTH, width},
     gather::{BlockFunctions, square},
     layout::{MatrixParts, NONE, PatchLayout, TakeParts},
-    singles::Singles,
+    singles::{Singles, room},
 };
 use crate::{
     linalg::precondition::Symmetric3,
@@ -40,6 +40,22 @@ impl<'a> All<'a> {
     pub(super) fn find(self, patch: usize) -> (&'a BlockFunctions, usize) {
         let block = self.layout.rows(patch)[0] as usize / self.layout.block_size;
         (&self.blocks[block], patch - self.layout.block_starts[block] as usize)
+    }
+
+    /// How many pairs with later patches the patches of a block have, and how many entries sums over them.
+    fn needs(self, block: usize) -> [usize; 2] {
+        let entries = |patch: usize| {
+            let packs = self.layout.later(patch).iter().map(|other| width(self.count(*other as usize)));
+            self.count(patch) * packs.sum::<usize>() * LANES
+        };
+        let patches = self.layout.of_block(block);
+        [patches.clone().map(|patch| self.layout.later(patch).len()).sum(), patches.map(entries).sum()]
+    }
+
+    /// The most of both that any block needs.
+    pub(super) fn most(self) -> [usize; 2] {
+        let needs = (0..self.blocks.len()).map(|block| self.needs(block));
+        needs.fold([0; 2], |[pairs, entries], needed| [pairs.max(needed[0]), entries.max(needed[1])])
     }
 
     /// How many functions a patch has.
@@ -102,6 +118,12 @@ impl BlockAcross {
 }
 
 impl Sums {
+    /// Makes room for so many pairs and entries.
+    pub(super) fn make_room(&mut self, [pairs, entries]: [usize; 2]) {
+        room(&mut self.starts, pairs);
+        room(&mut self.entries, entries);
+    }
+
     /// Begins with 0 in the blocks of a block of rows.
     fn begin(&mut self, all: All<'_>, block: usize) {
         let mut end = 0;

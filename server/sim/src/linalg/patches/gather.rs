@@ -4,7 +4,7 @@ use super::{
     choose::MOST,
     functions::{Soft, soften, width},
     layout::{MatrixParts, NONE, PatchLayout, TakeParts},
-    singles::Singles,
+    singles::{Singles, room},
 };
 use crate::{
     linalg::precondition::{Inverse3, Symmetric3},
@@ -133,24 +133,31 @@ pub(super) fn gather(
 }
 
 impl Sums {
+    /// Makes room for any block: which thread has which one is not known.
+    pub(super) fn make_room(&mut self, layout: &PatchLayout) {
+        let Self { matrices, starts, outside, couplings, roots } = self;
+        let rows = layout.block_size;
+        room(matrices, 9 * MOST * rows);
+        room(starts, rows);
+        room(outside, rows);
+        room(couplings, COUPLINGS * rows);
+        room(roots, MOST);
+    }
+
     /// Begins with 0 in the matrices of a block.
     fn begin(&mut self, layout: &PatchLayout, block: usize) {
         let mut end = 0;
         self.starts.clear();
-        self.starts.reserve(layout.block_size);
         for patch in layout.of_block(block) {
             self.starts.push(end);
             let rows = 3 * layout.rows(patch).len();
             end += rows * rows;
         }
-        // Room for any block: which thread has which one is not known.
         self.matrices.clear();
-        self.matrices.reserve(9 * MOST * layout.block_size);
         self.matrices.resize(end, 0.0);
         self.outside.clear();
         self.outside.resize(layout.block_size, [[0.0; 3]; 3]);
         self.couplings.clear();
-        self.couplings.reserve(COUPLINGS * layout.block_size);
     }
 }
 

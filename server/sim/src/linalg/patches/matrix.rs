@@ -13,7 +13,7 @@ use super::{
 use crate::{
     linalg::precondition::Inverse3,
     math::{Real, Sixteen},
-    parallel::{Lent, Own, Spare, per_block_mut},
+    parallel::{Lent, Own, Spare, per_block_mut, thread_count},
 };
 
 /// Functions of patches and the factors of Pᵀ A P.
@@ -57,7 +57,9 @@ impl PatchMatrix {
         let each = Own::whole(blocks, 1);
         self.functions.resize_with(blocks, BlockFunctions::default);
         self.across.resize_with(blocks, BlockAcross::default);
-        let Self { functions, gathered, .. } = &mut *self;
+        let threads = thread_count();
+        let Self { functions, across, gathered, joined, .. } = &mut *self;
+        gathered.ready(threads, |sums| sums.make_room(layout));
         let gathered = &*gathered;
         each.each_with(
             || gathered.lend(),
@@ -73,11 +75,13 @@ impl PatchMatrix {
             return;
         }
 
-        let all = All { layout, blocks: &self.functions };
-        let joined = &self.joined;
+        let all = All { layout, blocks: functions };
+        let most = all.most();
+        joined.ready(threads, |sums| sums.make_room(most));
+        let joined = &*joined;
         each.each_with(
             || joined.lend(),
-            per_block_mut(&mut self.across),
+            per_block_mut(across),
             |sums, block, across| {
                 if !source.is_given_up() {
                     join_others(all, block, source, sums, across);

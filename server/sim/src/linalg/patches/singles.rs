@@ -25,6 +25,14 @@ pub(super) fn flat_mut(singles: &mut [Singles]) -> &mut [f32] {
     bytemuck::cast_slice_mut(singles)
 }
 
+/// Empties a list and gives it memory for so many elements, or for a quarter more where it has less.
+pub(super) fn room<T>(list: &mut Vec<T>, len: usize) {
+    list.clear();
+    if list.capacity() < len {
+        list.reserve_exact(len + len / 4);
+    }
+}
+
 /// Makes a list so long, in the memory that it has where that suffices, or in a quarter more than it needs. What it holds
 /// then means nothing.
 pub(super) fn fit(list: &mut Vec<Singles>, len: usize) {
