@@ -27,6 +27,7 @@ VIEWS = {
     "cloth_on_torus": (1.2, 3),
     "gripper": (1.0, 2),
     "towel": (2.6, 3),
+    "five_sheets": (0.5, 4),
     "drap10": (1.0, 1),
     "drap70": (0.6, 1),
     "snowball_wall": (0.2, 5),

@@ -10,6 +10,7 @@ pub fn shipped_scenes() -> &'static [(&'static str, &'static str)] {
         ("cloth_on_torus", include_str!("../../scenes/cloth_on_torus.toml")),
         ("gripper", include_str!("../../scenes/gripper.toml")),
         ("towel", include_str!("../../scenes/towel.toml")),
+        ("five_sheets", include_str!("../../scenes/five_sheets.toml")),
         ("drap10", include_str!("../../scenes/drap10.toml")),
         ("drap70", include_str!("../../scenes/drap70.toml")),
         ("snowball_wall", include_str!("../../scenes/snowball_wall.toml")),

@@ -55,7 +55,7 @@ fn cloth_holds_on_a_slope_of_cloth_below_the_friction_and_slips_above_it() {
         let held = speed(0.9, precision);
         assert!((0.0..2e-3).contains(&held), "{precision}: {held} m/s on a slope that holds");
 
-        // Sheets of triangles are rough: it slips, but does not fall freely.
+        // Above it slips, and comes to a speed of its own.
         let slipped = speed(1.2, precision);
         assert!(slipped > 0.02, "{precision}: {slipped} m/s on a slope that does not hold");
     }
