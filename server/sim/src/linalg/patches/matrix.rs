@@ -57,9 +57,9 @@ impl PatchMatrix {
         let each = Own::whole(blocks, 1);
         self.functions.resize_with(blocks, BlockFunctions::default);
         self.across.resize_with(blocks, BlockAcross::default);
-        let threads = thread_count();
+        let at_once = thread_count().min(blocks);
         let Self { functions, across, gathered, joined, .. } = &mut *self;
-        gathered.ready(threads, |sums| sums.make_room(layout));
+        gathered.ready(at_once, |sums| sums.make_room(layout));
         let gathered = &*gathered;
         each.each_with(
             || gathered.lend(),
@@ -77,7 +77,7 @@ impl PatchMatrix {
 
         let all = All { layout, blocks: functions };
         let most = all.most();
-        joined.ready(threads, |sums| sums.make_room(most));
+        joined.ready(at_once, |sums| sums.make_room(most));
         let joined = &*joined;
         each.each_with(
             || joined.lend(),
