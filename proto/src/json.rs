@@ -1,4 +1,4 @@
-//! Fields whose shape in JSON is not that of their Rust type. `build.rs` says which function writes which field.
+//! Fields whose shape in JSON is not that of their Rust type. `generate/build.rs` says which function writes which field.
 #![allow(
     clippy::ref_option,
     clippy::trivially_copy_pass_by_ref,

@@ -5,8 +5,9 @@ use serde_json::Value;
 use crate::{assert_none, tokens, tree};
 
 /// Crates of the workspace and those of them that each may name. Tests and tasks do not ship.
-const LAYERS: [(&str, &[&str]); 14] = [
+const LAYERS: [(&str, &[&str]); 15] = [
     ("nappe-proto", &[]),
+    ("nappe-generate", &[]),
     ("nappe-sim", &[]),
     ("nappe-scene", &["nappe-sim"]),
     ("nappe-study", &["nappe-sim"]),

@@ -44,9 +44,9 @@ pub(crate) fn sources(wanted: impl Fn(&str) -> bool) -> Vec<Source> {
     paths().into_iter().filter(|path| wanted(path)).filter_map(read).collect()
 }
 
-/// Every Rust file.
+/// Every Rust file that somebody wrote.
 pub(crate) fn rust_sources() -> Vec<Source> {
-    sources(|path| has_extension(path, "rs"))
+    sources(|path| has_extension(path, "rs") && !path.starts_with("proto/generated/"))
 }
 
 /// One file that must be there.

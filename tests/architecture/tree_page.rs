@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 41] = [
+const SAID: [(&str, &str); 45] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -93,6 +93,10 @@ const SAID: [(&str, &str); 41] = [
         "A page for each use: which numbers to start from, teaching, learning, Blender; questions",
     ),
     ("docs/images/", "Pictures"),
+    ("proto/generate/", "Makes the Rust code of the contract, and compares it with `proto/generated/`"),
+    ("proto/generated/", "The Rust code of the contract, from which programs are built"),
+    ("proto/generated/nappe.v1.binpb", "The contract as data, for the server's reflection"),
+    ("viewer/proven.txt", "A hash of what the viewer is made from, as it was last proven"),
     ("docs/index.md", "Every document, by purpose"),
     ("docs/laws/", "A page per law: equation, units, limits, proof; mutants, and the tests that catch them"),
     ("docs/picture/", "Scripts that draw the pictures of scenes"),

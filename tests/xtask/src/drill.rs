@@ -36,7 +36,7 @@ pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure
             .ok_or_else(|| Failure(format!("--minutes {minutes}: a number from 0.1 to 600 is needed")))?,
         _ => return Err(Failure("a drill is needed: load, or load --minutes N".to_owned())),
     };
-    shell.cargo("programs", "build --release --workspace --bins")?;
+    shell.cargo("programs", "build --release --bins")?;
     shell.step("load", |shell| load(&shell.target(), Duration::from_secs_f64(60.0 * minutes)))
 }
 

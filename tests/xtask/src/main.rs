@@ -7,12 +7,14 @@
 //! that it builds in seconds.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for a terminal")]
 
+mod spent;
 mod times;
 mod watch;
 mod shell;
 mod copy;
 mod contract;
 mod suites;
+mod viewer;
 mod check;
 mod ranks;
 mod test;
@@ -27,10 +29,11 @@ mod web;
 mod moving;
 mod picture;
 mod python;
+mod ci;
 mod bless;
 mod drill;
+mod ways;
 mod prove;
-mod ci;
 
 use std::process::ExitCode;
 
@@ -43,10 +46,15 @@ type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(),
 /// Every task, in the order of the help.
 const TASKS: [Task; 12] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
-    ("test", "every quick test of the program, in the release profile", test::run),
+    (
+        "test",
+        "every quick test of the program, in the release profile; --viewer: the viewer's, too, though it has not changed",
+        test::run,
+    ),
     (
         "prove",
-        "the proofs that take long, of the parts named after it or all: cloth snow service docs",
+        "the proofs that take long, of the parts named after it or all: cloth snow service viewer docs \
+         builds",
         prove::run,
     ),
     ("drill", "a server under load, which holds no more at its end: load, or load --minutes N", drill::run),
@@ -77,7 +85,7 @@ const TASKS: [Task; 12] = [
     ),
     (
         "bless",
-        "writes every file that is made from the code; names after it choose: pages hashes mutants new-mutants contract",
+        "writes every file that is made from the code; names after it choose: pages hashes mutants new-mutants contract seconds",
         bless::run,
     ),
     (
@@ -127,7 +135,8 @@ fn execute(
     let mut plan = Shell::for_planning();
     task(&mut plan, arguments)?;
     let mut times = Times::read(&plan.target());
-    println!("xtask {name} will run{}", plan.plan(&times));
+    let measured = Times::measured(plan.root(), &spent::processor());
+    println!("xtask {name} will run{}", plan.plan(&times, &measured));
 
     let mut shell = Shell::at_repository_root();
     let result = task(&mut shell, arguments);

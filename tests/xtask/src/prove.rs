@@ -1,4 +1,4 @@
-//! `cargo xtask prove [cloth|snow|service|docs]`: the proofs that take long, for a release and for who changes what
+//! `cargo xtask prove [cloth|snow|service|viewer|docs|builds]`: the proofs that take long, for a release and for who changes what
 //! they prove.
 //!
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
@@ -6,7 +6,7 @@
 use crate::{
     additions, clients, drill, mutants, nginx, python,
     shell::{Failure, Shell},
-    suites, tutorials, typescript, web,
+    suites, tutorials, typescript, viewer, ways, web,
 };
 
 /// The `nappe` command, as `cargo nappe` runs it.
@@ -25,7 +25,14 @@ const CALLS: [&str; 1] = ["every_call_that_waits"];
 /// A part of the program: its name, and the proofs of it.
 type Part = (&'static str, fn(&mut Shell) -> Result<(), Failure>);
 
-const PARTS: [Part; 4] = [("cloth", cloth), ("snow", snow), ("service", service), ("docs", docs)];
+const PARTS: [Part; 6] = [
+    ("cloth", cloth),
+    ("snow", snow),
+    ("service", service),
+    ("viewer", viewer::prove),
+    ("docs", docs),
+    ("builds", ways::prove),
+];
 
 /// Proves the parts named in `names`, or all.
 pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
@@ -68,7 +75,7 @@ fn snow(shell: &mut Shell) -> Result<(), Failure> {
 
 fn service(shell: &mut Shell) -> Result<(), Failure> {
     slow(shell, "hostile")?;
-    let waiting = "--release --workspace --features nappe-tests/slow --test service";
+    let waiting = "--release --features nappe-tests/slow --test service";
     suites::run(shell, "calls that wait", waiting, &CALLS, suites::SLOW)?;
     programs(shell)?;
     drill::run(shell, &["load".to_owned()])?;
@@ -89,11 +96,12 @@ fn docs(shell: &mut Shell) -> Result<(), Failure> {
 
 /// Builds the programs and examples that the tutorials and the examples run from where cargo leaves them.
 fn programs(shell: &mut Shell) -> Result<(), Failure> {
-    shell.cargo("programs", "build --release --workspace --bins --examples")
+    shell.cargo("programs", "build --release --bins --examples")?;
+    shell.cargo("viewer: program", "build --release -p nappe-viewer")
 }
 
 /// Runs a suite of slow tests, built beside the program.
 fn slow(shell: &mut Shell, suite: &str) -> Result<(), Failure> {
-    let selection = format!("--release --workspace --features nappe-tests/slow --test {suite}");
+    let selection = format!("--release --features nappe-tests/slow --test {suite}");
     suites::run(shell, suite, &selection, &[], suites::SLOW)
 }

@@ -22,7 +22,7 @@ pub(crate) fn test(shell: &mut Shell) -> Result<(), Failure> {
     if !is_possible(shell) {
         return Ok(());
     }
-    let selection = "--release --package nappe-cluster --features mpi --test mpi";
+    let selection = "--release --features nappe-cluster/mpi --test mpi";
     suites::run(shell, "ranks of MPI", selection, &[], suites::QUICK)
 }
 

@@ -7,10 +7,11 @@ use std::{
     fmt, io,
     path::{Path, PathBuf},
     process::{Command, Stdio},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use crate::{
+    spent::{Spent, Start},
     times::Times,
     watch::{self, Ending},
 };
@@ -32,7 +33,7 @@ impl Error for Failure {}
 enum Outcome {
     /// It will run, or runs.
     Planned,
-    Took(Duration),
+    Took(Spent),
     Failed,
     Skipped(String),
 }
@@ -92,12 +93,11 @@ impl Shell {
         if self.planning {
             return Ok(());
         }
-        let start = Instant::now();
+        let start = Start::now();
         self.depth += 1;
         let result = work(self);
         self.depth -= 1;
-        self.rows[row].outcome =
-            if result.is_ok() { Outcome::Took(start.elapsed()) } else { Outcome::Failed };
+        self.rows[row].outcome = if result.is_ok() { Outcome::Took(start.spent()) } else { Outcome::Failed };
         result
     }
 
@@ -197,25 +197,40 @@ impl Shell {
         imports.status().is_ok_and(|status| status.success()).then_some(python)
     }
 
-    /// What will run and how long each step took the last time, a line each.
-    pub(crate) fn plan(&self, times: &Times) -> String {
-        let told = |row: &Row| match (&row.outcome, times.of(&row.title)) {
-            (Outcome::Skipped(reason), _) => format!("skipped: {reason}"),
-            (_, Some(seconds)) => format!("{seconds:>7.1} s the last time"),
-            (_, None) => "      not run here yet".to_owned(),
+    /// What will run and how long each step took the last time, or when the tree was measured, a line each, and the sum.
+    pub(crate) fn plan(&self, times: &Times, measured: &Times) -> String {
+        let known = |row: &Row| times.of(&row.title).or(measured.of(&row.title));
+        let told = |row: &Row| match (&row.outcome, times.of(&row.title), measured.of(&row.title)) {
+            (Outcome::Skipped(reason), ..) => format!("skipped: {reason}"),
+            (_, Some(spent), _) => format!("{} the last time", seconds(spent)),
+            (_, None, Some(spent)) => {
+                format!("{} when the tree was measured on such a processor", seconds(spent))
+            }
+            (_, None, None) => "not run here yet".to_owned(),
         };
-        self.lines(self.rows.iter(), told)
+        let sum = self.rows.iter().filter_map(known).fold(Spent::default(), added);
+        format!("{}\n  in all {}", self.lines(self.rows.iter(), told), seconds(sum))
     }
 
-    /// What ran, a line each.
+    /// The titles of the steps that lie in no other.
+    pub(crate) fn titles(&self) -> Vec<String> {
+        self.rows.iter().filter(|row| row.depth == 0).map(|row| row.title.clone()).collect()
+    }
+
+    /// What ran, a line each, and the sum.
     pub(crate) fn table(&self) -> String {
         let told = |row: &Row| match &row.outcome {
-            Outcome::Took(time) => format!("{:>7.1} s", time.as_secs_f64()),
+            Outcome::Took(spent) => seconds(*spent),
             Outcome::Failed => "failed".to_owned(),
             Outcome::Skipped(reason) => format!("skipped: {reason}"),
             Outcome::Planned => "not run".to_owned(),
         };
-        self.lines(self.rows.iter(), told)
+        let of_all = self.rows.iter().filter(|row| row.depth == 0).filter_map(|row| match row.outcome {
+            Outcome::Took(spent) => Some(spent),
+            _ => None,
+        });
+        let sum = of_all.fold(Spent::default(), added);
+        format!("{}\n  in all {}", self.lines(self.rows.iter(), told), seconds(sum))
     }
 
     /// What was not checked, and why, a line each.
@@ -228,9 +243,9 @@ impl Shell {
     }
 
     /// Title and seconds of every step that succeeded.
-    pub(crate) fn took(&self) -> impl Iterator<Item = (&str, f64)> {
+    pub(crate) fn took(&self) -> impl Iterator<Item = (&str, Spent)> {
         self.rows.iter().filter_map(|row| match row.outcome {
-            Outcome::Took(time) => Some((row.title.as_str(), time.as_secs_f64())),
+            Outcome::Took(spent) => Some((row.title.as_str(), spent)),
             _ => None,
         })
     }
@@ -248,6 +263,15 @@ pub(crate) fn cargo() -> OsString {
     env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
+/// Seconds by the clock and of all processors, in columns.
+fn seconds(spent: Spent) -> String {
+    format!("{:>7.1} s, {:>7.1} processor seconds", spent.wall, spent.processor)
+}
+
+fn added(a: Spent, b: Spent) -> Spent {
+    Spent { wall: a.wall + b.wall, processor: a.processor + b.processor }
+}
+
 fn line_of(command: &Command) -> String {
     let program = Path::new(command.get_program()).file_name().unwrap_or(command.get_program());
     let words = std::iter::once(program).chain(command.get_args());
@@ -263,8 +287,8 @@ fn a_plan_lists_every_step_and_takes_none() {
     };
     let mut shell = Shell::for_planning();
     assert!(task(&mut shell).is_ok());
-    let plan = shell.plan(&Times::default());
-    assert_eq!(plan.lines().filter(|line| !line.is_empty()).count(), 3, "{plan}");
+    let plan = shell.plan(&Times::default(), &Times::default());
+    assert_eq!(plan.lines().filter(|line| !line.is_empty()).count(), 4, "{plan}");
     assert_eq!(shell.skipped(), ["contract: buf is not installed"]);
     assert_eq!(shell.took().count(), 0);
 }

@@ -4,7 +4,7 @@ use super::numbers::StepNumbers;
 use crate::{
     cloth::{
         laws::third,
-        layout::{BlockScratch, Model, Scratches, Triangles, copy_own},
+        layout::{BlockScratch, Model, OfTriangle, Scratches, Triangles, copy_own},
     },
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch},
     parallel::{per_sixteen_mut, size},
@@ -44,6 +44,19 @@ struct Freeze<'a, R: Real> {
     scratch: &'a mut BlockScratch<R>,
 }
 
+/// The share of each corner of triangles, in wind (m/s).
+struct Third<R> {
+    factors: [R; 3],
+    wind: [R; 3],
+}
+
+impl<P: Pack> OfTriangle<P> for Third<P::Number> {
+    #[inline(always)]
+    fn matrix(&self, x: [[P; 3]; 3], v: [[P; 3]; 3]) -> [P; 6] {
+        third(self.factors, self.wind, x, v)
+    }
+}
+
 impl<R: Real> WithSimd<R> for Freeze<'_, R> {
     type Output = ();
 
@@ -53,8 +66,7 @@ impl<R: Real> WithSimd<R> for Freeze<'_, R> {
         let count = rows.len() * LANES;
         copy_own(&mut scratch.records, first..first + count, fields);
         scratch.matrices.clear();
-        let of = |x: [[P; 3]; 3], v: [[P; 3]; 3]| third(factors, wind, x, v);
-        triangles.add_up::<P, R>(block, fields, scratch, of);
+        triangles.add_up::<P, R>(block, fields, scratch, &Third { factors, wind });
         for (group, row) in rows.iter_mut().enumerate() {
             let sums = scratch.matrices.sixteen::<P>(group);
             for c in 0..6 {

@@ -272,9 +272,11 @@ impl<R: Real> Block<'_, R> {
                 let bounds = &self.numbers.bounds;
                 let in_vacuum = bounds.rates(place, entries, masses, bound, None);
                 let acting = self.numbers.external.at::<P>(place / LANES);
-                let rates = acting.map_or(in_vacuum, |acting| {
-                    bounds.rates(place, entries, masses, bound, Some(acting.widen().air))
-                });
+                // No closure: it would not be compiled for the instructions of the kernel.
+                let rates = match acting {
+                    Some(acting) => bounds.rates(place, entries, masses, bound, Some(acting.widen().air)),
+                    None => in_vacuum,
+                };
                 line.look(group, rates[0], in_vacuum[0]);
                 corner.look(group, rates[1], in_vacuum[1]);
                 let speed = P::load(&self.scratch.rates[group]).widen().sqrt() * P::Wide::of(1.0 / MOVES);
@@ -343,7 +345,11 @@ impl<R: Real> Block<'_, R> {
         if A::HAS_MATRIX {
             let h = R::of(scheme.h);
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
-            let acting = acting.map(|acting| acting.widen());
+            #[allow(clippy::manual_map, reason = "a closure is not compiled for the kernel's instructions")]
+            let acting = match acting {
+                Some(acting) => Some(acting.widen()),
+                None => None,
+            };
             figures.predict(self.side, P::widen3(v), P::widen3(springs), masses, acting);
             self.rows[group]
                 .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));

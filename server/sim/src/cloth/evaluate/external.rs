@@ -31,8 +31,15 @@ impl<R: Real> External<R> {
         if self.is_empty() {
             return None;
         }
-        let air = self.air.get(place).map_or([P::zero(); 6], load_six);
-        let force = self.forces.get(place).map_or([P::zero(); 3], Sixteen::load);
+        // No calls of functions that are given: they would not be compiled for the instructions of the kernel.
+        let air = match self.air.get(place) {
+            Some(air) => load_six(air),
+            None => [P::zero(); 6],
+        };
+        let force = match self.forces.get(place) {
+            Some(force) => force.load(),
+            None => [P::zero(); 3],
+        };
         Some(Acting { air, force })
     }
 

@@ -70,7 +70,7 @@ impl<R: Real> WithSimd<R> for Led<'_, R> {
         let [from, before, v] = [self.from, self.before, self.v].map(|field| field.as_chunks::<LANES>().0);
         let [mut uphill, mut way] = [P::Wide::zero(); 2];
         for (group, ((from, before), v)) in from.iter().zip(before).zip(v).enumerate() {
-            let [from, before, v] = [from, before, v].map(packs::<P>);
+            let (from, before, v) = (packs::<P>(from), packs::<P>(before), packs::<P>(v));
             let back = P::widen3(three!(|c| from[c] - v[c]));
             let on = P::widen3(three!(|c| v[c] - before[c]));
             let m = lanes_at::<P>(self.m, group).widen();
@@ -99,7 +99,7 @@ impl<R: Real> WithSimd<R> for Extrapolate<'_, R> {
         let Self { from, before, x, v, share, h } = self;
         let [from, before, x, v] = [from, before, x, v].map(|field| field.as_chunks_mut::<LANES>().0);
         for ((from, before), (x, v)) in from.iter_mut().zip(before).zip(x.iter_mut().zip(v)) {
-            let [last, old, new] = [&*before, &*x, &*v].map(packs::<P>);
+            let (last, old, new) = (packs::<P>(before), packs::<P>(x), packs::<P>(v));
             let on = three!(|c| (new[c] - last[c]) * share);
             let beyond = three!(|c| new[c] + on[c]);
             store_padded(new, before);

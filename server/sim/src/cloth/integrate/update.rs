@@ -238,7 +238,10 @@ impl<R: Real> WithSimd<R> for SecondKick<'_, R> {
             let kick = three!(|c| a[c] * self.h);
             let new = three!(|c| old[c] + kick[c]);
             store_padded(new, v);
-            let at = self.at.map_or(old, |at| packs_at::<P>(at, group));
+            let at = match self.at {
+                Some(at) => packs_at::<P>(at, group),
+                None => old,
+            };
             let inv_m = lanes_at::<P>(self.inv_m, group);
             sums.add_kick((self.numbers, self.first + group), at, [old, new], (inv_m, self.share));
             sums.add_error(P::widen3(three!(|c| kick[c] - (old[c] - from[c]))));

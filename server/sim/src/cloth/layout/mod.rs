@@ -20,4 +20,4 @@ pub use rows::Springs;
 pub(super) use rows::{Fold, Visit};
 pub(super) use scratch::{BlockScratch, Scratches};
 pub(super) use surface::Surface;
-pub(super) use triangles::Triangles;
+pub(super) use triangles::{OfTriangle, Triangles};

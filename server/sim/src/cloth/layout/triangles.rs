@@ -3,6 +3,13 @@
 use super::{halo::copy_halo, lists::Lists, scratch::BlockScratch};
 use crate::math::{Pack, Padded, Real, three};
 
+/// What sixteen triangles add to the matrices of their corners. A trait, and no closure, which would not be compiled for the
+/// instructions of the kernel.
+pub(crate) trait OfTriangle<P> {
+    /// xx, yy, zz, xy, xz, yz, from two vectors of each corner.
+    fn matrix(&self, x: [[P; 3]; 3], y: [[P; 3]; 3]) -> [P; 6];
+}
+
 /// Triangles, in packs of sixteen.
 #[derive(Clone, Debug)]
 pub(crate) struct Triangles(Lists<3>);
@@ -18,7 +25,7 @@ impl Triangles {
         self.0.room()
     }
 
-    /// Adds the symmetric matrix that `of` makes of sixteen triangles, from two vectors of each of their corners, to the
+    /// Adds the symmetric matrix that `law` makes of sixteen triangles, from two vectors of each of their corners, to the
     /// block's rows at these corners. The block's own particles have been copied.
     #[inline(always)]
     pub(crate) fn add_up<P: Pack<Number = R>, R: Real>(
@@ -26,7 +33,7 @@ impl Triangles {
         block: usize,
         fields: [&[Padded<R>]; 2],
         scratch: &mut BlockScratch<R>,
-        of: impl Fn([[P; 3]; 3], [[P; 3]; 3]) -> [P; 6],
+        law: &impl OfTriangle<P>,
     ) {
         let Self(lists) = self;
         assert!(scratch.records.len() >= lists.room(), "room for a block and its halo");
@@ -34,7 +41,7 @@ impl Triangles {
             copy_halo(&mut scratch.records[lists.block_size..], particles, fields);
             for pack in packs {
                 let (x, y) = lists.gather::<P>(pack, &scratch.records);
-                let matrix = of(x, y);
+                let matrix = law.matrix(x, y);
                 let names = three!(|corner| lists.names(pack, corner));
                 scratch.matrices.add(names, matrix);
             }

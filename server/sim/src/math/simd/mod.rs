@@ -66,6 +66,33 @@ pub(crate) trait WithSimd<R: Real> {
     const WIDE_BINARY64: bool = true;
     /// Does the work with packs of type `P`.
     fn run<P: Pack<Number = R>>(self) -> Self::Output;
+
+    /// Does the work with instructions of 512 bits. A method, and no function, so that the compiler keeps it with the
+    /// kernel's own module: all kernels together would be one unit of code, which one core compiles.
+    ///
+    /// # Safety
+    /// The processor has these instructions.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
+    unsafe fn run_avx512(self) -> Self::Output
+    where
+        Self: Sized,
+    {
+        self.run::<R::Avx512>()
+    }
+
+    /// Does the work with instructions of 256 bits.
+    ///
+    /// # Safety
+    /// The processor has these instructions.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    unsafe fn run_avx2(self) -> Self::Output
+    where
+        Self: Sized,
+    {
+        self.run::<R::Avx2>()
+    }
 }
 
 /// 0: not known yet.
@@ -153,10 +180,10 @@ pub(crate) fn dispatch<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
         && level == SimdLevel::Avx512
     {
         // SAFETY: a level is in use only if `detect` found its instructions, and AVX2 with them.
-        return unsafe { run_avx512(kernel) };
+        return unsafe { kernel.run_avx512() };
     }
     // SAFETY: as above; the narrowest level that is left.
-    unsafe { run_avx2(kernel) }
+    unsafe { kernel.run_avx2() }
 }
 
 /// Runs a kernel with the target's baseline instructions.
@@ -164,18 +191,6 @@ pub(crate) fn dispatch<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
 #[inline]
 pub(crate) fn dispatch<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
     kernel.run::<Portable<R>>()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
-fn run_avx512<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
-    kernel.run::<R::Avx512>()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn run_avx2<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
-    kernel.run::<R::Avx2>()
 }
 
 #[cfg(test)]
@@ -295,11 +310,11 @@ mod tests {
         {
             if best() >= SimdLevel::Avx2 {
                 // SAFETY: its instructions were found.
-                unsafe { run_avx2(compare()) };
+                unsafe { compare().run_avx2() };
             }
             if best() >= SimdLevel::Avx512 {
                 // SAFETY: its instructions were found.
-                unsafe { run_avx512(compare()) };
+                unsafe { compare().run_avx512() };
             }
         }
     }

@@ -1,10 +1,14 @@
-//! Compiles the .proto files without protoc: messages, their form as JSON, descriptors for reflection.
+//! Compiles the .proto files without protoc: messages, their form as JSON, descriptors for reflection. The crate's test
+//! compares them with `proto/generated/`, which is what programs are built from.
 
 use std::{env, error::Error, fs, path::PathBuf};
 
 use prost::Message as _;
 
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
+
+/// Where the files are.
+const CONTRACT: &str = "..";
 
 /// Messages that are also written as JSON, under the names of their fields.
 const JSON_MESSAGES: [&str; 16] = [
@@ -48,11 +52,11 @@ const JSON_FIELDS: [(&str, &str); 16] = [
 
 fn main() -> Result<(), Box<dyn Error>> {
     for file in FILES {
-        println!("cargo:rerun-if-changed={file}");
+        println!("cargo:rerun-if-changed={CONTRACT}/{file}");
     }
-    let descriptors = protox::compile(FILES, ["."])?;
+    let descriptors = protox::compile(FILES, [CONTRACT])?;
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    fs::write(out.join("nappe_v1.bin"), descriptors.encode_to_vec())?;
+    fs::write(out.join("nappe.v1.binpb"), descriptors.encode_to_vec())?;
 
     // Byte fields decode without a copy.
     let mut builder = tonic_prost_build::configure().bytes(".");
