@@ -1,6 +1,6 @@
-//! Tells the command the commit that it is built from: enters HEAD, leaves `NAPPE_COMMIT`.
+//! Tells the command the commit that it is built from, and leaves out the names of its functions: enters HEAD, leaves `NAPPE_COMMIT`.
 
-use std::{path::Path, process::Command};
+use std::{env, path::Path, process::Command};
 
 /// The repository, from the folder of this crate. Sources without one, of a package or a copy, may lie inside another.
 const REPOSITORY: &str = "../../.git";
@@ -13,6 +13,10 @@ fn main() {
         if let Some(path) = path.filter(|path| Path::new(path).exists()) {
             println!("cargo:rerun-if-changed={path}");
         }
+    }
+    // Names of functions are a third of the program, which few debug where it is installed.
+    if env::var("PROFILE").is_ok_and(|profile| profile == "release") {
+        println!("cargo:rustc-link-arg-bins=-Wl,--strip-all");
     }
     let commit = git(&["rev-parse", "--short=12", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
     println!("cargo:rustc-env=NAPPE_COMMIT={commit}");

@@ -30,6 +30,12 @@ pub(crate) fn root() -> PathBuf {
 
 /// Paths of all files, sorted.
 pub(crate) fn paths() -> Vec<String> {
+    let clone = root().join(".git");
+    assert!(
+        clone.exists(),
+        "{} is missing: rules hold for the files that git lists, of a clone",
+        clone.display()
+    );
     let listing = run("git", &["ls-files", "--cached", "--others", "--exclude-standard"]);
     let mut paths: Vec<_> = listing.lines().map(str::to_owned).filter(|p| root().join(p).is_file()).collect();
     assert!(paths.len() > 10, "git lists the files of the repository");

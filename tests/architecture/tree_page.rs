@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 45] = [
+const SAID: [(&str, &str); 44] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -95,7 +95,6 @@ const SAID: [(&str, &str); 45] = [
     ("docs/images/", "Pictures"),
     ("proto/generate/", "Makes the Rust code of the contract, and compares it with `proto/generated/`"),
     ("proto/generated/", "The Rust code of the contract, from which programs are built"),
-    ("proto/generated/nappe.v1.binpb", "The contract as data, for the server's reflection"),
     ("viewer/proven.txt", "A hash of what the viewer is made from, as it was last proven"),
     ("docs/index.md", "Every document, by purpose"),
     ("docs/laws/", "A page per law: equation, units, limits, proof; mutants, and the tests that catch them"),
@@ -117,7 +116,8 @@ const SAID: [(&str, &str); 45] = [
 ];
 
 /// Folders of files of one kind, which take one line.
-const ONE_LINE: [&str; 4] = ["client/typescript/", "proto/tests/packed/", "server/scenes/", "viewer/web/"];
+const ONE_LINE: [&str; 5] =
+    ["client/typescript/", "proto/generated/", "proto/tests/packed/", "server/scenes/", "viewer/web/"];
 
 /// What the tree is drawn from.
 struct Repository {

@@ -100,7 +100,9 @@ fn euler_loses_angular_momentum_in_proportion_to_dt() {
             continue;
         }
 
-        let ratio = turning_lost(method, 0.05, 2e-5) / turning_lost(method, 0.05, 1e-5);
+        // The explicit one gains energy, so that it needs small steps to be near its limit.
+        let dt = if method.integrator.is_implicit() { 2e-5 } else { 1e-5 };
+        let ratio = turning_lost(method, 0.05, 2.0 * dt) / turning_lost(method, 0.05, dt);
         assert!((ratio - 2.0).abs() < 0.1, "{}: halving dt divides the loss by {ratio}", method.name());
     }
 }

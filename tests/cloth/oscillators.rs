@@ -184,7 +184,7 @@ fn halving_dt_divides_the_error_by_two_to_the_order() {
         for method in Method::all() {
             let error =
                 |count: u64| relative(case.run(method, 1.0 / count as f64, count), expected, case.omega());
-            let order = (error(8_000) / error(16_000)).log2();
+            let order = (error(4_000) / error(8_000)).log2();
             let wanted = method.order(case.damping);
             assert!((order - wanted).abs() < 0.05, "{} by {}: order {order:.3}", case.name, method.name());
         }

@@ -4,7 +4,7 @@ use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{math::Precision, world::Simulation};
 use nappe_tests::scene::{advance, positions};
 
-/// Runs every shipped scene for so many steps times particles, 20 to 300 steps. Wind, pins that move and colliders that move give
+/// Runs every shipped scene for so many steps times particles, 10 to 300 steps. Wind, pins that move and colliders that move give
 /// energy, so that it may grow there.
 ///
 /// # Panics
@@ -19,7 +19,7 @@ pub(crate) fn scenes_run_keep_their_pins_and_gain_no_energy(precisions: &[Precis
             simulation.apply(&built.initial_changes).expect("changes of the scene itself");
             let before = positions(&simulation);
             let start = simulation.diagnose().total_energy();
-            let count = (work / simulation.particle_count() as u64).clamp(20, 300).min(scene.steps);
+            let count = (work / simulation.particle_count() as u64).clamp(10, 300).min(scene.steps);
             let diagnostics = advance(&mut simulation, count).diagnostics;
             let after = positions(&simulation);
             assert!(after.iter().flatten().all(|c| c.is_finite()), "{name} in {precision}");

@@ -17,7 +17,7 @@ use crate::scenes::scenes_run_keep_their_pins_and_gain_no_energy;
 #[test]
 fn every_shipped_scene_begins_well() {
     // On all cores: nothing else runs as long. `slow.rs` goes on for longer, in both precisions.
-    with_threads(0, || scenes_run_keep_their_pins_and_gain_no_energy(&[Precision::F32], 30_000));
+    with_threads(0, || scenes_run_keep_their_pins_and_gain_no_energy(&[Precision::F32], 15_000));
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn shipped_scenes_of_implicit_cloth_are_accepted_as_they_are() {
             let (mut simulation, _) =
                 Simulation::new(&built.setup, Precision::F32).expect("a scene that is shipped");
             simulation.apply(&built.initial_changes).expect("changes of the scene itself");
-            let count = (1_000_000 / simulation.particle_count() as u64).clamp(20, 300);
+            let count = (300_000 / simulation.particle_count() as u64).clamp(15, 150);
             // What would come too close to itself is taken again, shorter: one step in twenty at most.
             let is_thick = built.setup.bodies.iter().any(|body| body.network.thickness > 0.0);
             let all = (0..count).map(|_| counts(&advance(&mut simulation, 1)));

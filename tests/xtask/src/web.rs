@@ -17,8 +17,8 @@ const CLIENT: &str = "client/typescript";
 const PAGES: [&str; 2] = ["viewer/web/dist/replay.html", "viewer/web/dist/live.html"];
 /// Who runs recordings in a browser.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-/// What is recorded to be looked at: cloth, and snow with cloth.
-const RECORDINGS: [&str; 2] = ["demo", "snow_and_cloth"];
+/// What is recorded to be looked at, and how many steps: cloth, in several blocks of frames, and snow with cloth.
+const RECORDINGS: [(&str, &str); 2] = [("demo", "260"), ("snow_and_cloth", "150")];
 
 /// Checks the pages, as far as Node, their packages and a browser are there.
 pub(crate) fn page(shell: &mut Shell) -> Result<(), Failure> {
@@ -76,22 +76,16 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
     fs::create_dir_all(&folder)
         .map_err(|error| Failure(format!("{} cannot be made: {error}", folder.display())))?;
     let nappe = shell.target().join("release/nappe");
-    for scene in RECORDINGS {
+    let server = shell.target().join("release/nappe-server");
+    let mut all = script(node, &browser, "all", &server);
+    for (scene, steps) in RECORDINGS {
         let file = folder.join(format!("{scene}.html"));
         let mut record = Command::new(&nappe);
-        record.args(["run", scene, "--steps", "400", "--json", "--force", "--save"]).arg(&file);
+        record.args(["run", scene, "--steps", steps, "--json", "--force", "--save"]).arg(&file);
         shell.run(&format!("page: record {scene}"), &mut record)?;
-        let mut show = script(node, &browser, "browser", &file);
-        if scene == RECORDINGS[0] {
-            show.arg("--grid");
-        }
-        shell.run(&format!("page: show {scene}"), &mut show)?;
+        all.arg(&file);
     }
-    let demo = folder.join(format!("{}.html", RECORDINGS[0]));
-    shell.run("page: odd recordings", &mut script(node, &browser, "odd", &demo))?;
-    shell.run("page: screens and controls", &mut script(node, &browser, "screens", &demo))?;
-    let server = shell.target().join("release/nappe-server");
-    shell.run("page: live, on a server", &mut script(node, &browser, "live", &server))
+    shell.run("page: recordings and a server, in one browser", &mut all)
 }
 
 /// Opens one recording in a browser, where Node, its packages and a browser are there.

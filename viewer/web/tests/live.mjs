@@ -4,12 +4,13 @@
 
 import assert from 'node:assert/strict';
 import { parseArgs } from 'node:util';
+import { alone, isProgram } from './chromium.mjs';
 import { door } from './live/door.mjs';
 import { list } from './live/list.mjs';
 import { loads } from './live/loads.mjs';
 import { odd } from './live/odd.mjs';
 import { picture } from './live/picture.mjs';
-import { launch, lineTo, serve } from './live/start.mjs';
+import { lineTo, serve } from './live/start.mjs';
 import { steering } from './live/steering.mjs';
 import { troubles } from './live/troubles.mjs';
 
@@ -17,27 +18,28 @@ const PARTS = { picture, steering, list, odd, troubles, door };
 /** What takes minutes runs by its name alone. */
 const SLOW = { loads };
 
-const { values, positionals: [program] } = parseArgs({
-  allowPositionals: true, options: { page: { type: 'string' }, only: { type: 'string' }, pictures: { type: 'string' } },
-});
-assert.ok(program, 'node tests/live.mjs NAPPE-SERVER');
-const browser = await launch();
-const report = {};
-try {
-  const parts = values.only === undefined ? PARTS : { [values.only]: { ...PARTS, ...SLOW }[values.only] };
+if (isProgram(import.meta.url)) {
+  const { values, positionals: [program] } = parseArgs({
+    allowPositionals: true, options: { page: { type: 'string' }, only: { type: 'string' }, pictures: { type: 'string' } },
+  });
+  assert.ok(program, 'node tests/live.mjs NAPPE-SERVER');
+  await alone((browser) => live(browser, program, values));
+}
+
+export async function live(browser, program, { only, page, pictures } = {}) {
+  const parts = only === undefined ? PARTS : { [only]: { ...PARTS, ...SLOW }[only] };
+  const report = {};
   for (const [name, part] of Object.entries(parts)) {
     const server = await serve(program);
-    const line = await lineTo(server.port, values.page);
+    const line = await lineTo(server.port, page);
     const begin = performance.now();
     try {
-      const found = await part({ browser, server, line, program, page: values.page, pictures: values.pictures });
+      const found = await part({ browser, server, line, program, page, pictures });
       report[name] = { ...found, seconds: Math.round((performance.now() - begin) / 100) / 10 };
     } finally {
       line.close();
       await server.stop();
     }
   }
-  console.log(JSON.stringify(report));
-} finally {
-  await browser.close();
+  return report;
 }

@@ -57,8 +57,8 @@ function rope(time) {
   });
 }
 
-function snow(time) {
-  return Array.from({ length: SNOW_SIDE ** 3 }, (_, i) => {
+function snow(time, count) {
+  return Array.from({ length: count }, (_, i) => {
     const [x, y, z] = [i % SNOW_SIDE, Math.floor(i / SNOW_SIDE) % SNOW_SIDE, Math.floor(i / SNOW_SIDE ** 2)];
     const spread = 1 + 0.6 * time * (1 - y / SNOW_SIDE);
     const noise = 0.008 * Math.sin(12.9898 * i);
@@ -67,7 +67,7 @@ function snow(time) {
 }
 
 /** Around 1; a speed grows with the frames. */
-const scalars = (frame, color) => Array.from({ length: SNOW_SIDE ** 3 }, (_, i) => (color === 'speed' ? frame : 1) * (1 + 0.5 * Math.sin(i * 0.002 + frame * 0.1)));
+const scalars = (frame, color, count) => Array.from({ length: count }, (_, i) => (color === 'speed' ? frame : 1) * (1 + 0.5 * Math.sin(i * 0.002 + frame * 0.1)));
 
 function colliders(far, shapes) {
   const at = (x, y, z) => [x + far, y, z];
@@ -98,16 +98,17 @@ function head(side, particles, options) {
       { name: 'cloth', first_particle: 0, particle_count: first, triangles: packed(clothTriangles(side)), springs: null, pins: [0, side - 1] },
       { name: 'rope', first_particle: first, particle_count: ROPE, triangles: null, pins: [first],
         springs: packed(Array.from({ length: ROPE - 1 }, (_, i) => [first + i, first + i + 1])) },
-      { name: 'snow', first_particle: first + ROPE, particle_count: SNOW_SIDE ** 3, triangles: null, springs: null, pins: [] },
-    ],
+      { name: 'snow', first_particle: first + ROPE, particle_count: particles - first - ROPE, triangles: null, springs: null, pins: [] },
+    ].filter(({ particle_count: count }) => count > 0),
     colliders: colliders(options.far, options.shapes),
   };
 }
 
 /** The text of a recording: the page, then its data. */
 export function sample(page, options = {}) {
-  const { frames = 40, far = 0, side = 48, color = 'plastic_ratio', shapes = false, cut = false } = options;
-  const particles = side * side + ROPE + SNOW_SIDE ** 3;
+  const { frames = 40, far = 0, side = 48, color = 'plastic_ratio', shapes = false, cut = false, snowy = true } = options;
+  const grains = snowy ? SNOW_SIDE ** 3 : 0;
+  const particles = side * side + ROPE + grains;
   const [step, scalarStep] = [far === 0 ? 2 ** -12 : 2 ** -8, 2 ** -10];
   const lines = [page, line('head', head(side, particles, { far, color, shapes }))];
 
@@ -117,9 +118,9 @@ export function sample(page, options = {}) {
     const block = { step, bound: step / 2, scalar_step: scalarStep, frames: [] };
     for (let frame = first; frame < Math.min(first + KEY_EVERY, frames); frame++) {
       const time = frame * DT;
-      const points = [...cloth(side, time), ...rope(time), ...snow(time)].map(([x, y, z]) => [x + far, y, z]);
+      const points = [...cloth(side, time), ...rope(time), ...snow(time, grains)].map(([x, y, z]) => [x + far, y, z]);
       const numbers = Int32Array.from(points.flat(), (x) => Math.round(x / step));
-      const scalar = Int32Array.from([...new Array(side * side + ROPE).fill(1), ...scalars(frame, color)], (x) => Math.round(x / scalarStep));
+      const scalar = Int32Array.from([...new Array(side * side + ROPE).fill(1), ...scalars(frame, color, grains)], (x) => Math.round(x / scalarStep));
       block.frames.push({
         frame, step: frame, time, positions: base64(pack(numbers, particles, 3, base?.numbers)), scalar: base64(pack(scalar, particles, 1, base?.scalar)),
         kinetic: 12 * time ** 2, elastic: 3 * Math.sin(4 * time) ** 2, gravitational: 30 - 14 * time ** 2, stretch: 0.02 * Math.sin(5 * time) ** 2, dt: DT / 4,

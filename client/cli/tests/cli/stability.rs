@@ -33,7 +33,7 @@ fn a_study_has_limits_runs_maps_and_pictures() {
     let folder = folder();
     let scene = write_scene(folder.path(), SMALL_SCENE);
     let args = ["stability", &scene, "--out", "out", "--budget", "60s", "--threads", "2", "--json"];
-    let small = ["--until", "0.05", "--cells", "4"];
+    let small = ["--until", "0.03", "--cells", "3"];
     let done = nappe_in(folder.path(), &[&args[..], &small].concat()).ok();
     let said = done.json();
     let (rows, document) = check_files(&folder.path().join("out"));

@@ -23,16 +23,16 @@ export async function door({ browser, server: { client }, line, page }) {
   assert.ok(await tab.page.isVisible('.card'), 'the tab keeps it');
   const kept = await tab.page.evaluate(() => [location.href, document.cookie, JSON.stringify(localStorage), JSON.stringify(history.state)].join(' '));
   assert.ok(!kept.includes(TOKEN), `the token stands where it should not: ${kept}`);
-  await tab.close();
+  await tab.leave();
 
-  const wrong = await open(browser, `${line.address}?session=behind`, { token: 'e'.repeat(32), lost: true });
+  const wrong = await open(browser, `${line.address}?session=behind`, { token: 'e'.repeat(32), lost: true, dark: true });
   await eventually(() => wrong.page.isVisible('#door'), 'the token of another server is not enough');
   assert.match(await wrong.text('door-why'), /not the one of this server/);
   await wrong.page.fill('#token', TOKEN);
   await wrong.page.keyboard.press('Enter');
   await wrong.ready();
   assert.equal(await wrong.text('title'), (await client.get('behind')).title);
-  await wrong.close();
+  await wrong.leave();
   // A server that has no page has no links.
   if (page === undefined) await links(browser, line);
   return {};
@@ -48,12 +48,12 @@ async function links(browser, line) {
   await first.page.reload();
   await first.ready();
   assert.ok(await first.page.isVisible('#canvas'), 'the tab is let in again');
-  await first.close();
+  await first.leave();
 
   const second = await open(browser, `${line.address}#${code}`, { token: null, lost: true });
   await eventually(() => second.page.isVisible('#door'), 'it works once');
   assert.match(await second.text('door-why'), /no longer good/);
-  await second.close();
+  await second.leave();
 }
 
 /** MakeLink of the contract, whose answer has the code as its first field. */

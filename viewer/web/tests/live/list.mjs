@@ -19,11 +19,11 @@ export async function list({ browser, server: { client }, line, pictures }) {
   assert.equal(await tab.page.isVisible('#none'), false);
   await tab.page.focus('.card');
   await client.play('one-cloth', { realTimeFactor: 0.01 });
-  await eventually(async () => (await cards())[0].includes('Playing'), 'its state is renewed', LISTED);
-  assert.ok(await tab.page.evaluate(() => document.activeElement.className === 'card'), 'the focus stays');
-  await client.pause('one-cloth');
   await client.create({ scene: 'snow_and_cloth', sessionId: 'and-snow' });
+  await eventually(async () => (await cards()).some((card) => card.includes('Playing')), 'its state is renewed', LISTED);
   await eventually(async () => (await cards()).length === 2, 'another is listed', LISTED);
+  assert.ok(await tab.page.evaluate(() => document.activeElement.className === 'card' && document.activeElement.innerText.includes('one-cloth')), 'the focus stays');
+  await client.pause('one-cloth');
   if (pictures !== undefined) await tab.page.screenshot({ path: join(pictures, 'list-dark.png') });
   await client.delete('and-snow');
   await eventually(async () => (await cards()).length === 1, 'one that is deleted is not', LISTED);
@@ -38,6 +38,6 @@ export async function list({ browser, server: { client }, line, pictures }) {
   await tab.ready();
   await tab.page.focus('.card');
   await Promise.all([tab.page.waitForURL(/\?session=one-cloth/), tab.page.keyboard.press('Enter')].reverse()).catch(() => undefined);
-  await tab.close();
+  await tab.leave();
   return { listed_ms: Math.round(listed) };
 }

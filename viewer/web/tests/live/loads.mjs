@@ -16,7 +16,8 @@ export async function loads({ browser, server: { client, port, pid } }) {
   await client.step('loaded', 8);
   const address = `http://127.0.0.1:${port}/`;
   const load = async () => {
-    const tab = await open(browser, `${address}?session=loaded`);
+    // What it draws is nothing to the server.
+    const tab = await open(browser, `${address}?session=loaded`, { dark: true });
     await tab.ready();
     await tab.close();
   };

@@ -2,7 +2,7 @@
 // something.
 
 import assert from 'node:assert/strict';
-import { eventually, open, sleep } from './start.mjs';
+import { eventually, open } from './start.mjs';
 
 const EVIL = '</script><script>alert(1)</script><img src=x onerror=alert(2)>';
 
@@ -15,7 +15,7 @@ export async function odd({ browser, server: { client }, line }) {
     const tab = await open(browser, `${line.address}?session=${sessionId}`, options);
     await tab.ready();
     await then(tab);
-    await tab.close();
+    await tab.leave();
   };
   const plays = async (tab) => {
     const before = await tab.drawn();
@@ -44,7 +44,7 @@ export async function odd({ browser, server: { client }, line }) {
   await list.ready();
   assert.ok(await list.page.evaluate((words) => document.body.innerText.includes(words), EVIL.slice(0, 60)));
   assert.ok(await list.page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
-  await list.close();
+  await list.leave();
 
   await ends(browser, client, line);
   await fails(browser, client, line);
@@ -54,13 +54,13 @@ export async function odd({ browser, server: { client }, line }) {
 
 async function ends(browser, client, line) {
   await client.create({ scene: 'demo', sessionId: 'short', stepLimit: 8n });
-  const tab = await open(browser, `${line.address}?session=short`);
+  const tab = await open(browser, `${line.address}?session=short`, { dark: true });
   await tab.ready();
   await tab.page.keyboard.press(' ');
   await eventually(async () => (await tab.notice()).startsWith('The session finished after 8 steps.'), 'the end is said');
   assert.equal(await tab.text('state'), 'Finished');
   assert.ok(await tab.page.isDisabled('#play'));
-  await tab.close();
+  await tab.leave();
 }
 
 /** Explicit steps that are far too long: the page says where and what helps, and marks the particle. */
@@ -75,27 +75,19 @@ async function fails(browser, client, line) {
   assert.equal(await tab.text('state'), 'Failed');
   assert.ok(await tab.page.isDisabled('#play'));
   assert.equal(await tab.page.evaluate(() => document.getElementById('notice').dataset.kind), 'failure');
-  await tab.close();
+  await tab.leave();
 }
 
 async function lacks(browser, client, line) {
   await client.create({ scene: 'hanging_sheet', sessionId: 'unseen', stepLimit: 0n });
-  const blind = await open(browser, `${line.address}?session=unseen`, {
-    lost: true,
-    before: () => {
-      const original = HTMLCanvasElement.prototype.getContext;
-      HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-        return kind === 'webgl2' ? null : original.call(this, kind, ...rest);
-      };
-    },
-  });
+  const blind = await open(browser, `${line.address}?session=unseen`, { lost: true, dark: true });
   await blind.ready();
   assert.match(await blind.text('message'), /WebGL 2 is missing/);
   await blind.page.keyboard.press(' ');
   await eventually(async () => (await client.get('unseen')).state === 2, 'it is steered all the same');
   await eventually(() => blind.page.evaluate(() => document.querySelectorAll('.plot .uplot').length > 0), 'and plotted');
   await client.pause('unseen');
-  await blind.close();
+  await blind.leave();
 
   const lost = await open(browser, `${line.address}?session=unseen`, { lost: true });
   await lost.ready();
@@ -104,7 +96,6 @@ async function lacks(browser, client, line) {
   await eventually(async () => /graphics were lost/.test(await lost.text('message')), 'it is said');
   await context.evaluate((extension) => extension.restoreContext());
   await eventually(async () => (await lost.text('message')) === '', 'and that they are back');
-  await sleep(300);
-  assert.ok(await lost.page.evaluate(() => window.nappe.litShare() > 0.02), 'the picture is back');
-  await lost.close();
+  await eventually(() => lost.page.evaluate(() => window.nappe.litShare() > 0.02), 'the picture is back');
+  await lost.leave();
 }

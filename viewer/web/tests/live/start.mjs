@@ -10,8 +10,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { Transform } from 'node:stream';
-import { chromium } from 'playwright-core';
 import { load } from '../bundle.mjs';
+import { blind, emptyWindow } from '../chromium.mjs';
 
 const { connect } = await load('../../client/typescript/src/index.ts');
 
@@ -86,32 +86,28 @@ export async function lineTo(port, pageFile, rate = Infinity) {
   return { address: `http://127.0.0.1:${line.address().port}/`, cut, close: () => { line.close(); cut(); } };
 }
 
-export const launch = () => chromium.launch({
-  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-  args: ['--no-sandbox', '--enable-unsafe-swiftshader', '--use-angle=swiftshader'],
-});
-
-/** Opens an address in a tab of its own; what must not happen is asserted when it is closed. */
-export async function open(browser, address, { token = TOKEN, lost = false, before = () => {}, ...options } = {}) {
-  const context = await browser.newContext({ viewport: { width: 900, height: 560 }, reducedMotion: 'reduce', ...options });
-  const page = await context.newPage();
+/**
+ * Opens an address in an empty window; what must not happen is asserted when it is left. `dark` takes WebGL from the page, where
+ * no picture is looked at.
+ */
+export async function open(browser, address, { token = TOKEN, lost = false, dark = false, ...options } = {}) {
+  // As a tab keeps it that was let in before.
+  const keep = (kept) => {
+    if (kept !== null && sessionStorage.getItem('nappe token /') === null) sessionStorage.setItem('nappe token /', kept);
+  };
+  const scripts = [[keep, token], ...(dark ? [[blind]] : [])];
+  const { page, leave, close } = await emptyWindow(browser, { viewport: { width: 900, height: 560 }, ...options, scripts });
   const problems = [];
   // A connection that breaks is an error of the console, too; only where none does, there is none.
+  const isExpected = (said) => lost || said.includes('GPU stall due to ReadPixels') || (dark && said.includes('Error creating WebGL context'));
   page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type()) && !lost && !message.text().includes('GPU stall due to ReadPixels')) problems.push(message.text());
+    if (['error', 'warning'].includes(message.type()) && !isExpected(message.text())) problems.push(message.text());
   });
   page.on('pageerror', (error) => problems.push(String(error)));
   page.on('dialog', (dialog) => { problems.push(`a dialog: ${dialog.message()}`); void dialog.dismiss(); });
   page.on('request', (request) => {
     if (new URL(request.url()).origin !== new URL(address).origin && !/^(data|blob):/.test(request.url())) problems.push(`a request of ${request.url()}`);
   });
-  // As a tab keeps it that was let in before.
-  if (token !== null) {
-    await page.addInitScript((kept) => {
-      if (sessionStorage.getItem('nappe token /') === null) sessionStorage.setItem('nappe token /', kept);
-    }, token);
-  }
-  await page.addInitScript(before);
   await page.goto(address);
   return {
     page, problems,
@@ -119,8 +115,12 @@ export async function open(browser, address, { token = TOKEN, lost = false, befo
     text: (id) => page.evaluate((name) => document.getElementById(name).textContent, id),
     notice: () => page.evaluate(() => (document.getElementById('notice').hidden ? '' : document.getElementById('notice').textContent)),
     drawn: () => page.evaluate(() => window.nappe.session?.drawnCount ?? 0),
+    leave: async () => {
+      await leave();
+      assert.deepEqual(problems, []);
+    },
     close: async () => {
-      await context.close();
+      await close();
       assert.deepEqual(problems, []);
     },
   };

@@ -5,11 +5,15 @@ import { eventually, lineTo, open, serve, sleep } from './start.mjs';
 
 /** The picture goes on within so long after a cut (ms), and what happened is said; slow machines take longer. */
 const LATE = 6_000;
+/** Within so long (ms) a page looks for its session again. */
+const LOOKS = 2_500;
 
 export async function troubles({ browser, server, line, program, page }) {
   const cut = await cuts(browser, server, line);
+  const stays = await given(browser, server, line);
   const rate = await crawls(browser, server, page);
-  await others(browser, server, line);
+  await none(browser, line);
+  await stays();
   const killed = await kills(browser, program, page);
   await drains(browser, program, page);
   return { cut_ms: Math.round(cut), killed_ms: Math.round(killed), slow_line_rate: rate };
@@ -44,35 +48,39 @@ async function crawls(browser, { client }, page) {
   const line = await lineTo(Number(port), page, 3 * 7744 * 12);
   const tab = await open(browser, `${line.address}?session=slow-line`);
   await tab.ready();
-  await client.play('slow-line', { realTimeFactor: 1 });
+  await client.play('slow-line', { realTimeFactor: 0.3 });
   await eventually(() => tab.page.evaluate(() => Number(document.getElementById('rate').value) < 60), 'a slow line is noticed');
   const rate = await tab.page.evaluate(() => Number(document.getElementById('rate').value));
   assert.ok(rate <= 3, `${rate} pictures per second are asked for`);
   await client.pause('slow-line');
-  await tab.close();
+  await tab.leave();
   line.close();
   return rate;
 }
 
-/** Deleted by another, given to another. */
-async function others(browser, { client }, line) {
+/** Deleted by another, given to another. What is returned checks later that nothing came of it. */
+async function given(browser, { client }, line) {
   await client.create({ scene: 'hanging_sheet', sessionId: 'given' });
   const tab = await open(browser, `${line.address}?session=given`);
   await tab.ready();
   await client.delete('given');
   await eventually(async () => (await tab.notice()).startsWith('This session was deleted.'), 'it is said', LATE);
   await client.create({ scene: 'demo', sessionId: 'given' });
-  const drawn = await tab.drawn();
-  await sleep(2_500);
-  assert.equal(await tab.drawn(), drawn, 'nothing of the other session is drawn');
-  await tab.close();
+  const [drawn, since] = [await tab.drawn(), performance.now()];
+  return async () => {
+    await sleep(Math.max(0, LOOKS - (performance.now() - since)));
+    assert.equal(await tab.drawn(), drawn, 'nothing of the other session is drawn');
+    await tab.leave();
+  };
+}
 
-  const none = await open(browser, `${line.address}?session=never-made`, { lost: true });
-  await none.ready();
-  assert.match(await none.notice(), /^No session has this id\./);
-  await none.page.click('#notice-deeds a');
-  await none.page.waitForURL(line.address);
-  await none.close();
+async function none(browser, line) {
+  const tab = await open(browser, `${line.address}?session=never-made`, { lost: true });
+  await tab.ready();
+  assert.match(await tab.notice(), /^No session has this id\./);
+  await tab.page.click('#notice-deeds a');
+  await tab.page.waitForURL(line.address);
+  await tab.leave();
 }
 
 /** Killed, and started on its port with the same token: nothing of its other sessions is shown as this one. */
@@ -100,8 +108,8 @@ async function kills(browser, program, page) {
   assert.ok((await tab.drawn()) <= drawn + 1, 'no frame of the other session is drawn');
   assert.equal(await tab.page.evaluate(() => window.nappe.positions().length), 3 * await tab.page.evaluate(() => window.nappe.session.newest.topology.particleCount));
   await eventually(() => list.page.evaluate(() => document.querySelectorAll('.card').length === 1), 'the list goes on by itself', 2 * LATE);
-  await tab.close();
-  await list.close();
+  await tab.leave();
+  await list.leave();
   line.close();
   await second.stop();
   return said;
@@ -111,10 +119,10 @@ async function drains(browser, program, page) {
   const server = await serve(program);
   const line = await lineTo(server.port, page);
   await server.client.create({ scene: 'hanging_sheet', sessionId: 'drained', stepLimit: 0n });
-  const tab = await open(browser, `${line.address}?session=drained`, { lost: true });
+  const tab = await open(browser, `${line.address}?session=drained`, { lost: true, dark: true });
   await tab.ready();
   await server.stop('SIGTERM');
   await eventually(async () => (await tab.notice()).startsWith('The server is shutting down.'), 'that the server shuts down is said', LATE);
-  await tab.close();
+  await tab.leave();
   line.close();
 }
