@@ -6,6 +6,7 @@
 use std::fs;
 
 use crate::{
+    bless,
     copy::{Copy, cargo_in},
     shell::{Failure, Shell},
 };
@@ -32,6 +33,10 @@ fn build(shell: &mut Shell) -> Result<(), Failure> {
         copy.patch(shell, patch)?;
     }
     let tree = copy.write(shell)?;
+    // What is added to the contract is added to its code by the test that compares them.
+    let mut generate = cargo_in(shell, &tree);
+    generate.args(["test", "--release", "--locked", "--test", "generated"]).env(bless::VARIABLE, "1");
+    shell.run("copy: code of the contract", &mut generate)?;
     let mut check = cargo_in(shell, &tree);
     check.args(["check", "--release", "--locked", "--workspace", "--all-targets"]);
     shell.run("copy with additions", &mut check)

@@ -56,7 +56,7 @@ pub(crate) fn processor() -> String {
 
 #[test]
 fn ticks_of_children_are_found_behind_any_name() {
-    let stat = "1 (a) b) S 2 3 4 5 6 7 8 9 10 11 12 13 14 150 50 20 0 1";
+    let stat = "1 (a) b) S 2 3 4 5 6 7 8 9 10 11 12 13 150 50 20 0 1";
     assert_eq!(ticks(stat), Some(200.0));
     assert_eq!(ticks("1 (a"), None);
 }

@@ -23,6 +23,8 @@ pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure
             return Err(Failure(format!("'{}': test takes --viewer, and nothing else", words.join(" "))));
         }
     };
+    // Rules about dependencies read the viewer's too, which no build here downloads.
+    shell.cargo("fetch", "fetch --locked --quiet")?;
     // One command: what is left of the programs when cores fall idle is built beside tests.
     shell.cargo("build", &format!("test {ALL} --no-run"))?;
     if shell.find("sshd").is_none() && !Path::new("/usr/sbin/sshd").is_file() {
