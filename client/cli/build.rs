@@ -14,8 +14,9 @@ fn main() {
             println!("cargo:rerun-if-changed={path}");
         }
     }
-    // Names of functions are a third of the program, which few debug where it is installed.
-    if env::var("PROFILE").is_ok_and(|profile| profile == "release") {
+    // Names of functions are a third of the program. Who profiles it asks for them: CARGO_PROFILE_RELEASE_DEBUG=1.
+    let is = |name: &str, value: &str| env::var(name).is_ok_and(|found| found == value);
+    if is("PROFILE", "release") && is("DEBUG", "false") && is("CARGO_CFG_TARGET_OS", "linux") {
         println!("cargo:rustc-link-arg-bins=-Wl,--strip-all");
     }
     let commit = git(&["rev-parse", "--short=12", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());

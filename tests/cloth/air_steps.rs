@@ -32,7 +32,7 @@ fn no_method_gains_energy_in_air_beyond_what_the_air_gave() {
         let mut simulation = scene.simulate(Precision::F64);
         let start = simulation.diagnose().total_energy();
         let (mut given, mut most, mut moved) = (0.0, f64::NEG_INFINITY, 0.0_f64);
-        for _ in 0..400 {
+        for _ in 0..1000 {
             let report = advance(&mut simulation, 1);
             given += report.diagnostics.external_work;
             most = most.max(report.diagnostics.total_energy() - start - given);

@@ -52,8 +52,8 @@ fn every_run_has_its_committed_hash_over_ranks() {
         for (size, divides_from) in
             RANK_COUNTS.iter().flat_map(|size| ways.iter().map(move |way| (*size, *way)))
         {
-            // By turns, so that each count of ranks has one thread in every second run, and two in the others.
-            let threads = 1 + (index + size) % 2;
+            // By turns, so that each count of ranks has one thread in half of the runs of each precision, two in the others.
+            let threads = 1 + (index + index / 2 + size) % 2;
             let work = |ranks: Arc<dyn Cluster>| run(name, method, precision, ranks);
             let hash = on_ranks_that_divide(divides_from, size, threads, work)[0].0;
             assert_eq!(committed.get(&key), Some(&hash), "{key} on {size} ranks of {threads} threads");

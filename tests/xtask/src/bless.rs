@@ -1,8 +1,8 @@
 //! `cargo xtask bless`: writes every file of the repository that is made from the code.
 //!
 //! Pages of docs/ that list what the code has, the tree of files, the drawing of the data's way, the committed hashes,
-//! the table of mutants, the image of the contract, what TypeScript has of it. Each but the drawing, the reference of
-//! Python and the last two is written by the test that compares it, which [`VARIABLE`] turns from a judge into a writer.
+//! the table of mutants, the Rust code of the contract and its image, what TypeScript has of it; by name alone what the
+//! parts of `ci` take. Each but the drawing, the reference of Python and the last three is written by the test that compares it, which [`VARIABLE`] turns from a judge into a writer.
 //! Look at the change before it is committed: a hash that changed needs a reason in the commit's message.
 //!
 //! The image is what clients were compiled from: a contract that breaks them is not written over it, unless `contract`
