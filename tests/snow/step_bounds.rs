@@ -134,7 +134,7 @@ fn stiffness_bounds_a_semi_implicit_step_of_what_turns() {
 #[test]
 fn a_fast_collider_bounds_the_step_to_half_a_cell() {
     let mut scene = cube(elastic(1.0, 0.2));
-    let floor = plane([0.0, -50.0, 0.0], [0.0, 1.0, 0.0], Contact::Sticky, 0.0);
+    let floor = plane([0.0, -3.0 * H, 0.0], [0.0, 1.0, 0.0], Contact::Sticky, 0.0);
     scene.colliders = vec![Collider { velocity: [0.0, -30.0, 40.0], ..floor }];
     let found = bound(&mut scene.simulate(Precision::F64));
     assert_eq!((found.kind, found.particle), (BoundKind::ColliderSpeed, None));
@@ -144,7 +144,7 @@ fn a_fast_collider_bounds_the_step_to_half_a_cell() {
 #[test]
 fn a_fast_collider_thinner_than_a_cell_bounds_the_step_to_half_of_its_thickness() {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let blade = |half: f64| Cuboid { center: [-50.0, 0.0, 0.0], half_extent: [half, 1.0, 2.0], axes };
+    let blade = |half: f64| Cuboid { center: [-4.0 * H, 0.0, 0.0], half_extent: [half, 1.0, 2.0], axes };
     for (half, length) in [(0.01 * H, 0.02 * H), (0.49 * H, 0.98 * H), (H, H)] {
         let mut scene = cube(elastic(1.0, 0.2));
         let still = plane([0.0; 3], [0.0, 1.0, 0.0], Contact::Sticky, 0.0);

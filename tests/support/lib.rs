@@ -17,6 +17,7 @@ pub mod surface;
 pub mod snow;
 pub mod statics;
 pub mod systems;
+pub mod at_random;
 
 mod oscillator;
 mod scalar;

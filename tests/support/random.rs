@@ -22,6 +22,37 @@ impl Random {
         low + (high - low) * self.0.f64()
     }
 
+    /// A number between two others above 0, even over their decades.
+    pub fn decades(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.0.f64())
+    }
+
+    /// A whole number between two others, both included.
+    pub fn whole(&mut self, low: u32, high: u32) -> u32 {
+        self.0.u32(low..=high)
+    }
+
+    /// Whether something happens that has a chance of so much.
+    pub fn chance(&mut self, of: f64) -> bool {
+        self.0.f64() < of
+    }
+
+    /// One of a list.
+    pub fn pick<T: Copy>(&mut self, of: &[T]) -> T {
+        of[self.0.usize(..of.len())]
+    }
+
+    /// A vector of length 1.
+    pub fn direction(&mut self) -> [f64; 3] {
+        loop {
+            let vector = self.vector();
+            let length = vector.iter().map(|c| c * c).sum::<f64>().sqrt();
+            if (0.1..=1.0).contains(&length) {
+                return vector.map(|c| c / length);
+            }
+        }
+    }
+
     /// Three numbers in -1..1.
     pub fn vector(&mut self) -> [f64; 3] {
         [self.number(), self.number(), self.number()]

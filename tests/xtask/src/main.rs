@@ -33,6 +33,7 @@ mod bless;
 mod additions;
 mod drill;
 mod ways;
+mod laws;
 mod prove;
 
 use std::process::ExitCode;
@@ -53,8 +54,8 @@ const TASKS: [Task; 12] = [
     ),
     (
         "prove",
-        "the proofs that take long, of the parts named after it or all: cloth snow service viewer docs \
-         builds",
+        "the proofs that take long, of the parts named after it or all: cloth snow laws service viewer \
+         docs builds; laws takes --seeds N, --minutes M, --law NAME, --seed S",
         prove::run,
     ),
     ("drill", "a server under load, which holds no more at its end: load, or load --minutes N", drill::run),

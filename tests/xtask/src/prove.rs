@@ -1,10 +1,10 @@
-//! `cargo xtask prove [cloth|snow|service|viewer|docs|builds]`: the proofs that take long, for a release and for who changes what
+//! `cargo xtask prove [cloth|snow|laws|service|viewer|docs|builds]`: the proofs that take long, for a release and for who changes what
 //! they prove.
 //!
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, drill, mutants, nginx, python,
+    additions, clients, drill, laws, mutants, nginx, python,
     shell::{Failure, Shell},
     suites, tutorials, typescript, viewer, ways, web,
 };
@@ -25,17 +25,24 @@ const CALLS: [&str; 1] = ["every_call_that_waits"];
 /// A part of the program: its name, and the proofs of it.
 type Part = (&'static str, fn(&mut Shell) -> Result<(), Failure>);
 
-const PARTS: [Part; 6] = [
+const PARTS: [Part; 7] = [
     ("cloth", cloth),
     ("snow", snow),
+    ("laws", |shell| laws::run(shell, &[])),
     ("service", service),
     ("viewer", viewer::prove),
     ("docs", docs),
     ("builds", ways::prove),
 ];
 
-/// Proves the parts named in `names`, or all.
+/// Proves the parts named in `names`, or all; of the laws alone as options say.
 pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
+    if let [first, options @ ..] = names
+        && first == "laws"
+        && options.iter().any(|option| option.starts_with("--"))
+    {
+        return shell.step("laws", |shell| laws::run(shell, options));
+    }
     if let Some(unknown) = names.iter().find(|name| !PARTS.iter().any(|(known, _)| known == name)) {
         let known = PARTS.map(|(name, _)| name).join(", ");
         return Err(Failure(format!("there is no part '{unknown}'; there are: {known}")));

@@ -10,6 +10,7 @@ mod evaluate;
 mod judge;
 mod integrate;
 mod step;
+mod meet;
 
 pub use evaluate::Workspace;
 pub use laws::{Air, ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};

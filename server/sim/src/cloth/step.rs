@@ -3,15 +3,17 @@
 
 use super::{
     contact::PairEnergy,
-    evaluate::Workspace,
+    evaluate::{Allowance, Workspace},
     integrate,
-    judge::{After, Before, accept, cause, fastest, gain_limit, gained, judge, owed, risen_most, start_of},
+    judge::{
+        After, Before, accept, cause, fastest, gain_limit, gained, judge, owed, risen_most, rounding,
+        start_of,
+    },
     layout::{Model, Parameters},
-    settings::{ClothSettings, Integrator, OnPass, Purpose, Scheme, SurfaceCheck},
-    state::{Allowance, ClothReport, Judged, State},
+    settings::{ClothSettings, Integrator, Purpose, Scheme, SurfaceCheck},
+    state::{ClothReport, State},
 };
 use crate::{
-    collide::{Contacts, Met, Passed, resolve},
     linalg::{Outcome, PreconditionerKind, SolveReport, Stop},
     math::Real,
     report::{
@@ -40,6 +42,14 @@ impl<R: Real> Stepping<'_, R> {
     pub(crate) fn begin(&mut self) {
         self.work.size_for(self.model, self.settings, Purpose::of(self.settings));
         self.work.begin(self.state);
+    }
+
+    /// Aims pins for the sub-step that begins: what bounds it is how they move in it.
+    pub(crate) fn aim(&mut self) {
+        let asked = self.settings.time_step.asked(self.around.dt);
+        if self.state.look_ahead(&self.model.share, asked) {
+            self.work.forget();
+        }
     }
 
     /// The bound on the next sub-step, with the share that the settings take of it; refuses a fixed length above it.
@@ -117,41 +127,7 @@ impl<R: Real> Stepping<'_, R> {
             Ok(allowed) => allowed,
             Err(failure) => return Err(cause(self.model, self.state, failure)),
         };
-        let met = self.meet(time, watch)?;
-        // What bounces add, because a method's velocities are not those of its way, the method takes in flight.
-        self.work.start.own += met.swing;
-        if let Some(allowed) = self.work.allowed.as_mut().filter(|_| met.touched > 0) {
-            // What rests gives the medium nothing.
-            let given = allowed.given.max(0.0) + met.swing;
-            allowed.limit += given - allowed.given;
-            allowed.given = given;
-        }
-        let moves = self.around.colliders.iter().any(|collider| collider.moves([time - dt, time]));
-        self.work.judged = match self.work.allowed {
-            Some(allowed) if met.touched == 0 => allowed.owes.into(),
-            _ => (met.touched == 0 || met.inside == 0 && !moves).into(),
-        };
-        match self.work.allowed {
-            Some(allowed) if met.touched > 0 && self.work.judged == Judged::Yes => {
-                self.judge_contacts(&allowed, watch)
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// Refuses what contacts made of a sub-step, if more is owed for their energy after it than may be.
-    fn judge_contacts(&mut self, allowed: &Allowance, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
-        let Self { model, settings, .. } = *self;
-        self.work.evaluate_next(model, Purpose::of(settings));
-        watch.lap(Stage::Force);
-        let Workspace { evaluation, next, numbers, start, .. } = &*self.work;
-        let value = evaluation.total.energy() - start.energy;
-        let limit = allowed.limit + (allowed.most - self.state.gain.energy).max(0.0);
-        if value > limit {
-            let particle = risen_most(model, numbers, [&*self.state, next]);
-            return Err(StepFailure::EnergyGain { particle, value, limit });
-        }
-        Ok(())
+        self.meet([dt, time], watch)
     }
 
     /// Computes where a sub-step of `dt` (s), which ends at `time` (s), leads, and judges it; what energy it may have, where that is judged.
@@ -172,16 +148,19 @@ impl<R: Real> Stepping<'_, R> {
         }
 
         let before = Before::of(&self.work.evaluation);
-        self.work.start = start_of(&self.work.evaluation);
+        let (integrator, dt) = (self.settings.integrator, self.work.numbers.dt);
+        self.work.start = start_of(&self.work.evaluation, integrator, dt);
         self.work.make_room(self.state);
         let Self { model, settings, around, .. } = *self;
         let work = &mut *self.work;
         let advanced = integrate::advance(model, settings, (around, time), self.state, work, watch)?;
+        // Of an explicit step the evaluation is that of its last kick.
+        work.start.last_kick = work.evaluation.total;
         if settings.integrator == Integrator::ExplicitEuler {
             work.start.own = work.numbers.dt * work.numbers.dt * advanced.motion.change;
         }
         let external_work = work.numbers.dt * advanced.motion.external;
-        work.start.own += external_work.max(0.0);
+        work.start.own += work.numbers.dt * advanced.motion.medium;
         let solve = advanced.solve.map(|(solve, _)| solve);
         let starts_anew = settings.integrator.has_past() && self.state.past.dt == 0.0;
         work.tried = ClothReport {
@@ -214,60 +193,21 @@ impl<R: Real> Stepping<'_, R> {
             work.evaluate_next(model, Purpose::of(settings));
             watch.lap(Stage::Force);
         }
-        let Workspace { evaluation, next, numbers, cg, contact, .. } = &*work;
+        let Workspace { evaluation, next, numbers, cg, contact, common, .. } = &*work;
         if let Some(failure) = judge(model, next, &evaluation.diagnostics(), settings) {
             return Err(failure);
         }
         let states = [&*self.state, next];
         let owed = self.state.gain.energy;
         let pairs = if model.thick_surface().is_some() { contact.energy } else { PairEnergy::default() };
-        let after =
-            After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, states, owed, pairs };
+        let (motion, descent) = (&advanced.motion, cg.descent());
+        let after = After { motion, descent, found, evaluation, states, owed, pairs, common };
         accept(model, numbers, &before, &after).map(Some)
     }
 
     /// Gives up a sub-step that this cloth or another one did not accept.
     pub(crate) fn abandon(&mut self) {
         self.work.abandon(self.state);
-    }
-
-    /// Lets what was tried meet colliders, at `time` (s).
-    fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<Met, StepFailure> {
-        let Self { model, settings, around, .. } = *self;
-        let Workspace { next: State { x, v, past, .. }, numbers, tried, contacts: kept, contact, .. } =
-            &mut *self.work;
-        let is_thick = model.thick_surface().is_some();
-        if is_thick {
-            contact.rub(model, around.colliders, (&self.state.x, numbers.dt), [x, v]);
-        }
-        let (colliders, share, user) = (around.colliders, &model.share, &model.user);
-        let contacts = Contacts { colliders, time, dt: numbers.dt, share, user };
-        let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
-        let from = [&self.state.x[..], &self.state.v[..]];
-        let mut met = resolve(contacts, &model.inv_m, from, [x, v], past, kept);
-        if is_thick && !colliders.is_empty() {
-            kept.add(contact.given());
-            met.touched = met.touched.max(contact.pushed());
-        }
-        let Met { touched, passed, first_passed, pinched, first_pinched, .. } = met;
-        watch.lap(Stage::Collide);
-
-        tried.contact_count = touched;
-        tried.notices.passed_count = passed;
-        tried.notices.first_passed = first_passed.map(|first| u64::from(first.particle));
-        tried.notices.pinched_count = pinched;
-        tried.notices.first_pinched = first_pinched.map(u64::from);
-        if touched > 0 {
-            self.work.forget();
-        }
-        let rejects = settings.on_pass == OnPass::Reject && !settings.time_step.is_unchecked();
-        match first_passed {
-            Some(Passed { particle, collider }) if rejects => {
-                let collider = colliders[collider as usize].name.clone();
-                Err(StepFailure::Passed { particle: particle.into(), collider })
-            }
-            _ => Ok(met),
-        }
     }
 
     /// Takes what was tried for the state.
@@ -288,8 +228,10 @@ impl<R: Real> Stepping<'_, R> {
             watch.lap(Stage::Force);
         }
         if matches!(Purpose::of(settings), Purpose::Bounded(_)) {
+            let pins_and_moved = self.moved();
             let Workspace { start, evaluation, numbers, judged, .. } = &*self.work;
-            self.state.gain = gained(self.state.gain, model, numbers, start, evaluation, *judged);
+            let of_method = (model, numbers, settings.integrator);
+            self.state.gain = gained(self.state.gain, of_method, start, evaluation, pins_and_moved, *judged);
         }
         if let Some(allowed) = self.work.allowed {
             let Workspace { start, evaluation, judged, .. } = &*self.work;
@@ -306,7 +248,9 @@ impl<R: Real> Stepping<'_, R> {
             return None;
         }
         let numbers = &self.work.numbers;
-        let (value, limit) = (state.gain.energy, gain_limit(state.gain, settings.integrator));
+        let Workspace { evaluation, .. } = &*self.work;
+        let rounding = rounding(model, numbers, &evaluation.total, evaluation.largest_coordinate);
+        let (value, limit) = (state.gain.grown(), gain_limit(state.gain, settings.integrator, rounding));
         (value > limit).then(|| {
             let particle = risen_most(model, numbers, [self.work.before(), state]);
             StepFailure::EnergyGain { particle, value, limit }

@@ -38,8 +38,6 @@ pub(super) struct SubStep<'a> {
     /// Its length and the time at its end (s).
     pub(super) dt: f64,
     pub(super) end_time: f64,
-    /// What is inside by no more than this (m) is on the surface.
-    pub(super) spare: f64,
     /// Rounding (m) of positions.
     pub(super) rounding: f64,
 }
@@ -65,7 +63,7 @@ impl<'a> SubStep<'a> {
             let push = (1.0 + collider.restitution) * approach;
             let change = push_and_rub(&collider, &relative, &meeting.normal, push);
             flight.w += change;
-            giving.touched(&collider, &change, &flight.x);
+            giving.touched(&collider, &change, (&flight.x, array3(&flight.moving(collider))));
         }
         let w = flight.end_velocity();
         let swing = lag.dot(&(w - free));
@@ -135,7 +133,8 @@ impl<'a> SubStep<'a> {
             } else {
                 touch.hold(flight, felt, &mut end)
             };
-            giving.touched(&collider, &(end.v - before), &end.x);
+            let moving = collider.velocity_at(array3(&end.x), self.end_time);
+            giving.touched(&collider, &(end.v - before), (&end.x, moving));
             if is_changed || last.is_none() {
                 last = Some(collider);
             }
@@ -171,12 +170,8 @@ impl<'a> SubStep<'a> {
         Some(Touch { collider, normal, is_through, depth, allowed, spare, end_time })
     }
 
-    /// What is inside a collider by no more than this (m) is on its surface. Of one with creases it follows from the way that
-    /// the collider sees.
-    fn spare_of(&self, collider: Facing<'_>) -> f64 {
-        if !collider.shape.has_creases() {
-            return self.spare;
-        }
+    /// What is inside a collider by no more than this (m) is on its surface: it follows from the way that the collider sees.
+    pub(super) fn spare_of(&self, collider: Facing<'_>) -> f64 {
         let way = collider.way_of(self.x.map(|x| array3(&x)), self.dt, self.end_time);
         REACHED * vec3::<f64>(way).norm() + self.rounding
     }
@@ -217,9 +212,8 @@ mod tests {
     /// A particle without acceleration, which moves at `v` (m/s) from `x` (m).
     fn answer(colliders: &[Collider], x: [f64; 3], v: [f64; 3]) -> Answer {
         let (x, v) = (vec3::<f64>(x), vec3::<f64>(v));
-        let spare = 1e-3 * v.norm() * DT;
         let (x, v) = ([x, x + v * DT], [v, v]);
-        SubStep { colliders, near: &[], x, v, dt: DT, end_time: 0.3, spare, rounding: 1e-15 }
+        SubStep { colliders, near: &[], x, v, dt: DT, end_time: 0.3, rounding: 1e-15 }
             .answer(&mut Giving::new(colliders, &mut []))
     }
 
@@ -248,16 +242,7 @@ mod tests {
                 }
                 met += 1;
                 let colliders = std::slice::from_ref(&collider);
-                let substep = SubStep {
-                    colliders,
-                    near: &[],
-                    x: [x, end],
-                    v,
-                    dt,
-                    end_time,
-                    spare: 1e-4,
-                    rounding: 1e-15,
-                };
+                let substep = SubStep { colliders, near: &[], x: [x, end], v, dt, end_time, rounding: 1e-15 };
                 let Answer { x: after, was_inside, .. } =
                     substep.answer(&mut Giving::new(colliders, &mut []));
                 let depth = -gap(&after, 0.0);

@@ -7,8 +7,8 @@ use super::{
     Collider,
     answer::SubStep,
     facing::{Facing, facing, mesh},
-    load::{BlockLoads, Felt, Giving},
-    passed::{REACHED, has_passed},
+    load::{BlockLoads, Carried, Felt, Giving},
+    passed::has_passed,
     pinch::can_hold,
     shape::{MeshSolid, Near},
     touch::Answer,
@@ -61,6 +61,8 @@ pub(crate) struct Met {
     pub(crate) first_pinched: Option<u32>,
     /// Energy (J) that bounces add where a method's velocities are not those of its way: it takes as much in flight.
     pub(crate) swing: f64,
+    /// How the surfaces move that were touched.
+    pub(crate) carried: Carried,
 }
 
 impl Met {
@@ -76,6 +78,7 @@ impl Met {
             pinched: self.pinched + other.pinched,
             first_pinched,
             swing: self.swing + other.swing,
+            carried: self.carried.and(other.carried),
         }
     }
 
@@ -89,9 +92,13 @@ impl Met {
         let [touched, inside, passed, held] = counts;
         let mut all = Self::default();
         let told = [touched, inside, passed, particle.into(), collider.into(), held, pinched.into()];
-        let [swing] = share.sum_and_tell(
+        let sums = |block: &Self| {
+            let [push, x, y, z, work] = block.carried.numbers();
+            [block.swing, push, x, y, z, work]
+        };
+        let [swing, carried @ ..] = share.sum_and_tell(
             blocks,
-            &|block: &Self| [block.swing],
+            &sums,
             told,
             |[touched, inside, passed, particle, collider, held, pinched]| {
                 let first = Passed { particle: particle as u32, collider: collider as u32 };
@@ -99,12 +106,13 @@ impl Met {
                 let first_pinched = (held > 0.0).then_some(pinched as u32);
                 let [touched, inside, passed, held] =
                     [touched, inside, passed, held].map(|count| count as u64);
+                let pinched = held;
                 let other =
-                    Self { touched, inside, passed, first_passed, pinched: held, first_pinched, swing: 0.0 };
+                    Self { touched, inside, passed, first_passed, pinched, first_pinched, ..Self::default() };
                 all = all.and(other);
             },
         );
-        Self { swing, ..all }
+        Self { swing, carried: Carried::of(carried), ..all }
     }
 }
 
@@ -202,6 +210,7 @@ pub(crate) fn resolve<R: Real>(
                 *met = met.and(one);
             }
         }
+        met.carried = giving.carried();
     });
     Met::of_all(contacts.share, met)
 }
@@ -299,9 +308,8 @@ impl<R: Real> Moved<'_, R> {
         let x = [wide(self.from[0]), wide(self.x)];
         let v = [wide(self.from[1]), wide(self.v)];
         let rounding = 4.0 * R::ROUNDING * x[0].amax().max(x[1].amax());
-        let spare = REACHED * (x[1] - x[0]).norm() + rounding;
         let Contacts { colliders, time, dt, .. } = contacts;
-        SubStep { colliders, near, x, v, dt, end_time: time, spare, rounding }
+        SubStep { colliders, near, x, v, dt, end_time: time, rounding }
     }
 
     /// Takes over what contact makes of the step: what two colliders that hold the particle make of it, if there are such, of
@@ -319,7 +327,8 @@ impl<R: Real> Moved<'_, R> {
             Some((answer, fingers)) => {
                 let half = (answer.v - v[1]) * 0.5;
                 for finger in &fingers {
-                    giving.touched(finger, &half, &answer.x);
+                    let moving = finger.velocity_at(array3(&answer.x), contacts.time);
+                    giving.touched(finger, &half, (&answer.x, moving));
                 }
                 answer
             }

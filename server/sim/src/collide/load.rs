@@ -9,7 +9,7 @@ use super::Collider;
 use crate::{
     math::{
         Vec3,
-        array::{cross, minus},
+        array::{cross, dot, length, minus},
         array3,
     },
     parallel::{Share, sum_by},
@@ -37,19 +37,33 @@ pub(crate) struct Felt {
     /// Impulse (N s), and its moment (N m s) about the shape's reference point at time 0.
     impulse: [f64; 3],
     moment: [f64; 3],
+    /// What it gave by its motion (J): each impulse times the velocity of the surface there. In the frame of the surface a contact
+    /// gives nothing, so that this is all that it gives.
+    work: f64,
     contacts: u64,
     /// Number, from 1, of the particle that was counted last.
     last: u32,
 }
 
 impl Felt {
-    /// Takes minus the impulse (N s) that a collider gave at a place (m).
-    pub(crate) fn take(&mut self, collider: &Collider, given: [f64; 3], at: [f64; 3]) {
+    /// Takes minus the impulse (N s) that a collider gave at a place (m), where its surface moves with a velocity (m/s).
+    pub(crate) fn take(&mut self, collider: &Collider, given: [f64; 3], at: [f64; 3], moving: [f64; 3]) {
         let moment = cross(minus(at, collider.shape.reference()), given);
+        self.work += dot(given, moving);
         for c in 0..3 {
             self.impulse[c] -= given[c];
             self.moment[c] -= moment[c];
         }
+    }
+
+    /// The size of the impulse (N s) that it got.
+    pub(crate) fn push(&self) -> f64 {
+        length(self.impulse)
+    }
+
+    /// What its motion gave (J).
+    pub(crate) fn work(&self) -> f64 {
+        self.work
     }
 
     /// Counts a contact.
@@ -63,17 +77,18 @@ impl Felt {
             self.impulse[c] += other.impulse[c];
             self.moment[c] += other.moment[c];
         }
+        self.work += other.work;
         self.contacts += other.contacts;
     }
 
-    fn numbers(&self) -> [f64; 7] {
+    fn numbers(&self) -> [f64; 8] {
         let ([px, py, pz], [lx, ly, lz]) = (self.impulse, self.moment);
-        [px, py, pz, lx, ly, lz, self.contacts as f64]
+        [px, py, pz, lx, ly, lz, self.work, self.contacts as f64]
     }
 
-    fn of([px, py, pz, lx, ly, lz, contacts]: [f64; 7]) -> Self {
+    fn of([px, py, pz, lx, ly, lz, work, contacts]: [f64; 8]) -> Self {
         let (impulse, moment) = ([px, py, pz], [lx, ly, lz]);
-        Self { impulse, moment, contacts: contacts as u64, last: 0 }
+        Self { impulse, moment, work, contacts: contacts as u64, last: 0 }
     }
 
     /// Adds itself to the load of its collider in a step of the world of `dt` seconds that ends at a time (s).
@@ -143,7 +158,7 @@ impl BlockLoads {
         })
     }
 
-    fn numbers(&self, block: usize, collider: usize) -> [f64; 7] {
+    fn numbers(&self, block: usize, collider: usize) -> [f64; 8] {
         self.felt[block * self.colliders + collider].numbers()
     }
 }
@@ -175,10 +190,42 @@ impl<'a> ChunkLoads<'a> {
     }
 }
 
+/// How the surfaces move that particles touch: a velocity (m/s) is that of all of them, each as it pushes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Carried {
+    /// Sizes of impulses (N s), and these times the velocities of surfaces (kg m²/s²).
+    pub(crate) push: f64,
+    pub(crate) along: [f64; 3],
+    /// Impulses times velocities of surfaces: what the motion of colliders gave (J).
+    pub(crate) work: f64,
+}
+
+impl Carried {
+    /// The same with what others touch.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self::of([0, 1, 2, 3, 4].map(|i| self.numbers()[i] + other.numbers()[i]))
+    }
+
+    pub(crate) fn numbers(&self) -> [f64; 5] {
+        let [x, y, z] = self.along;
+        [self.push, x, y, z, self.work]
+    }
+
+    pub(crate) fn of([push, x, y, z, work]: [f64; 5]) -> Self {
+        Self { push, along: [x, y, z], work }
+    }
+
+    /// The velocity (m/s) of the surfaces; that of none is 0.
+    pub(crate) fn velocity(&self) -> [f64; 3] {
+        if self.push > 0.0 { self.along.map(|c| c / self.push) } else { [0.0; 3] }
+    }
+}
+
 /// What the particles of a block give in a sub-step, one after the other.
 pub(super) struct Giving<'a> {
     colliders: &'a [Collider],
     felt: &'a mut [Felt],
+    carried: Carried,
     /// The inverse mass (1/kg) of the particle, and its number from 1 in the block.
     inv_m: f64,
     particle: u32,
@@ -187,7 +234,7 @@ pub(super) struct Giving<'a> {
 impl<'a> Giving<'a> {
     /// Of the first particle of a block, to colliders that felt so much before.
     pub(super) fn new(colliders: &'a [Collider], felt: &'a mut [Felt]) -> Self {
-        Self { colliders, felt, inv_m: 0.0, particle: 0 }
+        Self { colliders, felt, carried: Carried::default(), inv_m: 0.0, particle: 0 }
     }
 
     /// Goes on to a particle, by its number from 0 in the block, of an inverse mass (1/kg).
@@ -195,11 +242,26 @@ impl<'a> Giving<'a> {
         (self.particle, self.inv_m) = (particle as u32 + 1, inv_m);
     }
 
-    /// The particle touched a collider at a place (m), which changed its velocity by so much (m/s).
-    pub(super) fn touched(&mut self, collider: &Collider, change: &Vec3<f64>, at: &Vec3<f64>) {
+    /// How the surfaces move that were touched.
+    pub(super) fn carried(&self) -> Carried {
+        self.carried
+    }
+
+    /// The particle touched a collider at a place (m), where its surface moves with a velocity (m/s), which changed its own by
+    /// so much (m/s).
+    pub(super) fn touched(
+        &mut self,
+        collider: &Collider,
+        change: &Vec3<f64>,
+        (at, moving): (&Vec3<f64>, [f64; 3]),
+    ) {
+        let given = array3(&(change / self.inv_m));
+        let push = length(given);
+        let carried = Carried { push, along: moving.map(|c| push * c), work: dot(given, moving) };
+        self.carried = self.carried.and(carried);
         let number = self.colliders.iter().position(|other| std::ptr::eq(other, collider));
         let Some(felt) = self.felt.get_mut(number.unwrap_or(usize::MAX)) else { return };
-        felt.take(collider, array3(&(change / self.inv_m)), array3(at));
+        felt.take(collider, given, array3(at), moving);
         if felt.last != self.particle {
             felt.last = self.particle;
             felt.count();
@@ -230,7 +292,7 @@ mod tests {
     fn load(collider: &Collider, given: &[([f64; 3], [f64; 3])], dt_and_end: [f64; 2]) -> Load {
         let (mut felt, mut load) = (Felt::default(), Load::default());
         for (given, at) in given {
-            felt.take(collider, *given, *at);
+            felt.take(collider, *given, *at, collider.velocity_at(*at, dt_and_end[1]));
         }
         felt.add_to(&mut load, collider, dt_and_end);
         load
@@ -261,11 +323,17 @@ mod tests {
         for (particle, collider, change) in [(0, 0, 1.0), (0, 1, 2.0), (0, 0, 0.5), (4, 0, 0.0), (5, 1, 3.0)]
         {
             giving.of(particle, 2.0);
-            giving.touched(&colliders[collider], &Vec3::new(0.0, change, 0.0), &Vec3::zeros());
+            giving.touched(
+                &colliders[collider],
+                &Vec3::new(0.0, change, 0.0),
+                (&Vec3::zeros(), [0.0, 7.0, 0.0]),
+            );
         }
+        assert_eq!(giving.carried(), Carried { push: 3.25, along: [0.0, 22.75, 0.0], work: 22.75 });
         assert_eq!(felt.map(|felt| felt.contacts), [2, 2]);
         assert_eq!(felt.map(|felt| felt.impulse[1]), [-0.75, -2.5]);
         assert_eq!(felt.map(|felt| felt.moment), [[0.0; 3], [0.0, 0.0, 2.5]]);
+        assert_eq!(felt.map(|felt| felt.work), [7.0 * 0.75, 7.0 * 2.5]);
     }
 
     #[test]

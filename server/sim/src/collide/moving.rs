@@ -76,6 +76,14 @@ impl Collider {
         [0, 1, 2].map(|c| (along[c] + around[c]) / dt)
     }
 
+    /// The mean velocity (m/s) between two times (s) of what goes along with it and is at a point (m) at the last of them.
+    pub(crate) fn mean_velocity(&self, point: [f64; 3], [start, end]: [f64; 2]) -> [f64; 3] {
+        let Some(way) = &self.way else { return self.velocity };
+        let [from, to] = [start, end].map(|time| way.at(time));
+        let before = from.turned(to.seen(point));
+        [0, 1, 2].map(|c| (point[c] - from.position[c] - before[c]) / (end - start))
+    }
+
     /// By how much (m/s) the velocity of the surface at a point (m) is another one from a sub-step to the next because it turns:
     /// what rests on it must follow. 0 of what does not turn.
     pub(super) fn turning(&self, point: [f64; 3], time: f64) -> f64 {

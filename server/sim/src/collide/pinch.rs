@@ -67,7 +67,7 @@ impl<'a> SubStep<'a> {
         let [first, second] = fingers.map(|finger| finger.velocity_at(array3(&x), self.end_time));
         let v = (vec3::<f64>(first) + vec3::<f64>(second)) * 0.5;
         // What is pushed to the middle may stretch springs, as what comes out of a solid does.
-        let was_inside = shift > self.spare;
+        let was_inside = shift > fingers.map(|finger| self.spare_of(finger)).into_iter().fold(0.0, f64::max);
         Some((Answer { x, v, swing: 0.0, was_inside, is_pinched: false }, fingers))
     }
 
@@ -171,16 +171,7 @@ mod tests {
     fn held(colliders: &[Collider], x: [f64; 3], v: [f64; 3]) -> Option<(Answer, [usize; 2])> {
         let (x, v) = (vec3::<f64>(x), vec3::<f64>(v));
         let (x, v) = ([x, x + v * DT], [v, v]);
-        let substep = SubStep {
-            colliders,
-            near: &[],
-            x,
-            v,
-            dt: DT,
-            end_time: TIMES[1],
-            spare: 1e-3 * (x[1] - x[0]).norm() + 1e-15,
-            rounding: 1e-15,
-        };
+        let substep = SubStep { colliders, near: &[], x, v, dt: DT, end_time: TIMES[1], rounding: 1e-15 };
         let (answer, fingers) = substep.held()?;
         let number = |finger: Facing<'_>| {
             colliders

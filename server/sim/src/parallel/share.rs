@@ -124,6 +124,19 @@ impl Share {
         self.sum_and_complete::<(), B, 0>(&[], &|()| [], list, of_rank);
     }
 
+    /// Completes a list of numbers.
+    pub(crate) fn complete_numbers<const K: usize>(
+        &self,
+        list: &mut [[f64; K]],
+        of_rank: impl Fn(usize) -> Range<usize>,
+    ) {
+        if self.party.is_some() {
+            let mut told: Vec<_> = list.iter().map(|numbers| Numbers(*numbers)).collect();
+            self.complete(&mut told, of_rank);
+            list.iter_mut().zip(told).for_each(|(numbers, told)| *numbers = told.0);
+        }
+    }
+
     /// The part of a body of which each rank computes as many blocks as are counted.
     pub(crate) fn counted(ranks: &Ranks, counts: &[usize]) -> Self {
         let mut end = 0;

@@ -9,12 +9,17 @@ use super::{
 };
 use crate::{
     collide::Collider,
-    math::{Columns, Pack},
+    math::{
+        Columns, Pack,
+        array::{length, minus},
+    },
     report::BoundKind,
 };
 
 /// Cells that a particle may move in a step; a collider too, or as large a part of its thickness.
 const MOVE: f64 = 0.5;
+/// Cells beside what both may go that a collider is farther away than which bounds nothing.
+const FAR: f64 = 4.0;
 /// Largest norm of dt grad v: I + dt grad v keeps its orientation below 1.
 const TURN: f64 = 0.2;
 /// Share of the product of the elastic bound and that of the velocity gradient which the square of a
@@ -151,12 +156,20 @@ pub(super) fn smallest(
     let h = settings.cell;
     let [wave, alone] = courant(settings.kernel, settings.transfer);
     let per = |length: f64, speed2: f64| if speed2 > 0.0 { length / speed2.sqrt() } else { f64::INFINITY };
+    let [low, high] = reach;
+    let middle = [0, 1, 2].map(|c| 0.5 * (low[c] + high[c]));
+    let radius = 0.5 * length(minus(high, low));
     let by_collider = |collider: &Collider| {
-        let speed2: f64 = match &collider.way {
-            None => collider.velocity.iter().map(|v| v * v).sum(),
-            Some(way) => way.fastest(times, reach).powi(2),
+        let speed = match &collider.way {
+            None => length(collider.velocity),
+            Some(way) => way.fastest(times, reach),
         };
-        per(MOVE * h.min(collider.shape.thickness()), speed2)
+        // What cannot come near in this time bounds nothing.
+        let nearer = (times[1] - times[0]) * (speed + 2.0 * extremes.speed2.sqrt()) + FAR * h;
+        if speed == 0.0 || collider.distance(middle, times[0]).0 - radius - collider.margin > nearer {
+            return f64::INFINITY;
+        }
+        per(MOVE * h.min(collider.shape.thickness()), speed * speed)
     };
     let mut elastic = [
         per(wave * h, extremes.wave2),

@@ -170,10 +170,10 @@ impl SnowRanks {
     /// What all nodes add up to, from what own ones do, block by block.
     pub(super) fn total(&self, own: GridDiagnostics, blocks: &[GridDiagnostics]) -> GridDiagnostics {
         let mut total = GridDiagnostics::default();
-        let of = |block: &GridDiagnostics| [block.mass, block.dropped, block.given];
+        let of = |block: &GridDiagnostics| [block.mass, block.dropped];
         let [x, y, z] = own.fastest.map(f64::from);
         let told = [own.contacts as f64, own.speed2, x, y, z];
-        [total.mass, total.dropped, total.given] =
+        [total.mass, total.dropped] =
             self.nodes.sum_own_and_tell(blocks, &of, told, |[contacts, speed2, x, y, z]| {
                 total.contacts += contacts as u64;
                 if (speed2 > total.speed2 || speed2.is_nan()) && !total.speed2.is_nan() {

@@ -43,7 +43,7 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) culprits: Option<Culprits>,
     /// What each chunk of particles told in the last step.
     pub(super) chunk_diagnostics: Vec<ChunkDiagnostics>,
-    /// Energy (J) that hardening, and colliders that move, gave the particles of each block in the last step.
+    /// Energy (J) that hardening gave the particles of each block in the last step.
     pub(super) block_given: Vec<f64>,
     /// What the grid told in the last step, and each of its blocks.
     pub(super) grid_diagnostics: GridDiagnostics,
@@ -57,7 +57,7 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) partials: Vec<[f64; SUMS]>,
     /// What the steps since the step of the world began cost.
     pub(super) spent: Work,
-    /// Energy (J) that colliders which move, and hardening, gave since then.
+    /// Energy (J) that hardening and given forces gave since then.
     pub(super) given: f64,
     /// Work (J) of given forces since then; it is part of what was given.
     pub(super) external: f64,

@@ -302,8 +302,9 @@ impl<R: Real> Cloth<R> {
         let pins = sum_hashes(&moving, |_, motion| {
             motion.hash(self.owner(self.model.user[motion.particle as usize]))
         });
-        let Gain { energy, ratio, motion } = self.state.gain;
-        let gained = if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, ratio, motion]) };
+        let Gain { energy, kept, ratio, motion } = self.state.gain;
+        let gained =
+            if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, kept, ratio, motion]) };
         let since = self.state.since_cap;
         let capped = if since == 0 { 0 } else { hash_numbers(self.owner(0), [f64::from(since)]) };
         let kept = &self.state.kept;

@@ -38,6 +38,7 @@ pub(super) fn step<R: Real>(
     for (_, cloth) in cloths(bodies) {
         cloth.sort_pins();
         cloth.stepping(around).begin();
+        cloth.stepping(around).aim();
     }
     let (mut division, mut moved) = (Division::of(around.dt), Moved::of(around.colliders));
     let (mut substeps, mut rejected) = (0, 0);
@@ -59,6 +60,9 @@ pub(super) fn step<R: Real>(
                 division.go_on();
                 substeps += 1;
                 pace.accept(dt, strain, || division.is_even());
+                if !division.is_done() {
+                    cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).aim());
+                }
             }
             Err((index, failure)) => {
                 cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).abandon());

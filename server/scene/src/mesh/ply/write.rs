@@ -7,7 +7,7 @@ use std::{
 
 use nappe_sim::mesh::TriangleMesh;
 
-/// Writes a mesh, exactly: doubles, with masses and texture coordinates where it has them.
+/// Writes a mesh, exactly: doubles, with masses, texture coordinates and velocities where it has them.
 ///
 /// # Errors
 /// Those of `out`.
@@ -20,6 +20,9 @@ pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
     if !mesh.uv.is_empty() {
         out.write_all(b"property double u\nproperty double v\n")?;
     }
+    if !mesh.velocities.is_empty() {
+        out.write_all(b"property double vx\nproperty double vy\nproperty double vz\n")?;
+    }
     write_face_header(mesh.triangles.len(), out)?;
     for (i, point) in mesh.points.iter().enumerate() {
         for c in point {
@@ -29,6 +32,9 @@ pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
             out.write_all(&mass.to_le_bytes())?;
         }
         for c in mesh.uv.get(i).into_iter().flatten() {
+            out.write_all(&c.to_le_bytes())?;
+        }
+        for c in mesh.velocities.get(i).into_iter().flatten() {
             out.write_all(&c.to_le_bytes())?;
         }
     }

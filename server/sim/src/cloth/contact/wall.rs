@@ -182,7 +182,7 @@ impl Wall {
         let push = if left > 0.0 { left } else { 0.0 };
         let slowing = push_and_rub(collider, &(*v - self.velocity), &self.normal, push) - self.normal * push;
         let given = self.normal * self.pushed - self.slowed + slowing;
-        felt.take(collider, array3(&(given / inv_m)), array3(x));
+        felt.take(collider, array3(&(given / inv_m)), array3(x), array3(&self.velocity));
         if slowing == Vec3::zeros() {
             return false;
         }

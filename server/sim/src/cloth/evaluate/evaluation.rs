@@ -361,11 +361,13 @@ impl<R: Real> Block<'_, R> {
             }
             self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
         } else {
-            if A::IS_BOUNDED {
-                figures.work(P::widen3(v), P::widen3(springs), inv_m.widen());
-            }
             let accelerations =
                 three!(|c| ((springs[c] - force[c]) * inv_m + P::splat(gravity[c])).where_positive(inv_m));
+            let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
+            if A::IS_BOUNDED {
+                figures.work(P::widen3(v), P::widen3(springs), P::widen3(accelerations), masses);
+            }
+            figures.push_pins(P::widen3(springs), masses[1]);
             self.rows[group].store(accelerations);
         }
     }

@@ -5,7 +5,7 @@
 
 use crate::{
     linalg::load_six,
-    math::{LANES, Mat3, Pack, Real, Sixteen, array::dot, three},
+    math::{LANES, Mat3, Pack, Real, Sixteen, Vec3, array::dot, three},
 };
 
 /// Of all particles, sixteen at a time.
@@ -41,6 +41,11 @@ impl<R: Real> External<R> {
             None => [P::zero(); 3],
         };
         Some(Acting { air, force })
+    }
+
+    /// f (N) of a particle, where forces are given.
+    pub(crate) fn force_on(&self, particle: usize) -> Option<Vec3<R>> {
+        Some(self.forces.get(particle / LANES)?.get(particle % LANES))
     }
 
     /// B (N s/m) of a particle, where there is air.

@@ -4,7 +4,7 @@ use super::{external::Acting, numbers::StepNumbers};
 use crate::{
     cloth::settings::{Aim, RightHandSide},
     linalg::add_lanes,
-    math::{LANES, Pack, Real, array::dot, array3},
+    math::{LANES, Pack, Real, Vec3, array::dot, array3},
 };
 
 /// Sums of a block, in the order of [`Total`], and the greatest component of a position.
@@ -18,7 +18,7 @@ pub(crate) struct Partial {
 }
 
 /// Sums that a block makes.
-pub(crate) const SUMS: usize = 10;
+pub(crate) const SUMS: usize = 15;
 
 /// Sums over all blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,19 +28,35 @@ pub(crate) struct Total {
     pub(crate) gravitational_energy: f64,
     pub(crate) momentum: [f64; 3],
     /// Of a step from the state: h F.v less (h C v + h² K v).v, and h F.v (J), over all particles, K and C frozen. Of an
-    /// iterate: the potentials (J) of the medium, h c |v|² / 2 - h c v.w, and of damping, h v.C v / 2. Of an explicit step with
-    /// a bound: the power (W) of the medium, c v.w - c |v|².
+    /// iterate: the potentials (J) of the medium, h c |v|² / 2 - h c v.w, and of damping, h v.C v / 2.
     rates: [f64; 2],
     /// With a matrix: the work (J) that pins on their way do in h, by the forces at its end. Of an explicit step with a bound:
     /// their power (W).
-    pub(crate) pin_work: f64,
+    pin_work: f64,
+    /// What springs and elements push all pins with (N); with a matrix times h (N s).
+    pin_push: [f64; 3],
+    /// Of an explicit step with a bound: m a.v (W) and m |a|² (J/s²).
+    pub(crate) swings: [f64; 2],
 }
 
 impl Total {
     /// From the sums of all blocks. A position that is not finite may not reach an energy (no spring, no gravity): the
     /// checksum is 0 or NaN, and makes the kinetic energy NaN.
     pub(crate) fn of(sums: [f64; SUMS]) -> Self {
-        let [kinetic, elastic_energy, gravitational_energy, px, py, pz, all, straight, pins, checksum] = sums;
+        let [
+            kinetic,
+            elastic_energy,
+            gravitational_energy,
+            px,
+            py,
+            pz,
+            all,
+            straight,
+            pins,
+            checksum,
+            rest @ ..,
+        ] = sums;
+        let [push_x, push_y, push_z, swings @ ..] = rest;
         Self {
             kinetic_energy: kinetic + checksum,
             elastic_energy,
@@ -48,6 +64,8 @@ impl Total {
             momentum: [px, py, pz],
             rates: [all, straight],
             pin_work: -pins,
+            pin_push: [push_x, push_y, push_z],
+            swings,
         }
     }
 
@@ -62,9 +80,19 @@ impl Total {
         0.5 * (self.rates[0] + self.rates[1])
     }
 
-    /// Of an explicit step with a bound: the power (W) by which pins and the medium add energy.
-    pub(crate) fn power(&self) -> f64 {
-        self.pin_work.max(0.0) + self.rates[0].max(0.0)
+    /// The work of pins (J), or their power (W), as it is seen from what moves with a velocity (m/s).
+    pub(crate) fn pin_work_from(&self, frame: Vec3<f64>) -> f64 {
+        self.pin_work + Vec3::from(self.pin_push).dot(&frame)
+    }
+
+    /// What pins give what goes along with a velocity (m/s) as a whole: their power (W), with a matrix their work (J).
+    pub(crate) fn pins_along(&self, velocity: Vec3<f64>) -> f64 {
+        -Vec3::from(self.pin_push).dot(&velocity)
+    }
+
+    /// Kinetic and elastic energy (J).
+    pub(crate) fn moved(&self) -> f64 {
+        self.kinetic_energy + self.elastic_energy
     }
 
     /// Kinetic, elastic and gravitational energy (J).
@@ -90,8 +118,11 @@ pub(crate) struct Figures<W> {
     momentum: [W; 3],
     /// Of a step from the state: rows of the right-hand side times velocities; of an iterate the potential of the medium.
     all: W,
-    /// Rows of pins times their velocities.
+    /// Rows of pins times their velocities, and their sum.
     pins: W,
+    pin_push: [W; 3],
+    /// Of an explicit step with a bound: m a.v and m |a|².
+    swings: [W; 2],
     /// Of a step from the state: h F.v of gravity and medium.
     straight: W,
     largest_coordinate: W,
@@ -112,6 +143,8 @@ impl<W: Pack<Number = f64>> Figures<W> {
             momentum: [zero; 3],
             all: zero,
             pins: zero,
+            pin_push: [zero; 3],
+            swings: [zero; 2],
             straight: zero,
             largest_coordinate: zero,
             checksum: zero,
@@ -147,6 +180,7 @@ impl<W: Pack<Number = f64>> Figures<W> {
             let [of_air, of_all] = acting.powers(v, self.wind);
             (taken, given) = (taken + self.h * of_air, given + self.h * of_all);
         }
+        self.push_pins(springs, inv_m);
         if side == RightHandSide::Forces {
             self.all += (W::of(0.5) * taken - given).where_positive(inv_m);
             self.pins += push - push.where_positive(inv_m);
@@ -158,13 +192,22 @@ impl<W: Pack<Number = f64>> Figures<W> {
         self.straight += own;
     }
 
-    /// Adds by how much pins and the medium change the energy of sixteen particles: `springs` is what springs and elements push
-    /// them with (N), pins included.
+    /// Adds by how much pins change the energy of sixteen particles of these free masses (kg): `springs` is what springs and
+    /// elements push them with (N), pins included; and what their energy swings by, from their accelerations (m/s²).
     #[inline(always)]
-    pub(crate) fn work(&mut self, v: [W; 3], springs: [W; 3], inv_m: W) {
+    pub(crate) fn work(&mut self, v: [W; 3], springs: [W; 3], a: [W; 3], [m, inv_m]: [W; 2]) {
         let push = dot(springs, v);
         self.pins += push - push.where_positive(inv_m);
-        self.all += (self.drag * (dot(self.wind, v) - dot(v, v))).where_positive(inv_m);
+        self.swings[0] += m * dot(a, v);
+        self.swings[1] += m * dot(a, a);
+    }
+
+    /// Adds what springs and elements push pins among sixteen particles with.
+    #[inline(always)]
+    pub(crate) fn push_pins(&mut self, springs: [W; 3], inv_m: W) {
+        for c in 0..3 {
+            self.pin_push[c] += springs[c] - springs[c].where_positive(inv_m);
+        }
     }
 
     /// The sums of the block, with those of its springs.
@@ -174,7 +217,14 @@ impl<W: Pack<Number = f64>> Figures<W> {
         let [px, py, pz] = self.momentum.map(total);
         let [kinetic, gravitational, checksum] = [self.kinetic, self.gravitational, self.checksum].map(total);
         let [all, pins, own] = [self.all, self.pins, self.straight].map(total);
-        let sums = [kinetic, elastic, gravitational, px, py, pz, all, own + straight, pins, checksum];
+        let [push_x, push_y, push_z] = self.pin_push.map(total);
+        let [along, square] = self.swings.map(total);
+        let straight = own + straight;
+        let energies = [kinetic, elastic, gravitational];
+        let others = [px, py, pz, all, straight, pins, checksum, push_x, push_y, push_z, along, square];
+        let mut sums = [0.0; SUMS];
+        sums[..3].copy_from_slice(&energies);
+        sums[3..].copy_from_slice(&others);
         let coordinates = self.largest_coordinate.store();
         let largest_coordinate = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, coordinates[lane]));
         Partial { sums, stretch, largest_coordinate }

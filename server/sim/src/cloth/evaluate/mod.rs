@@ -15,10 +15,14 @@ mod step_matrix;
 mod set_up;
 mod moved;
 mod iterate_sums;
+mod common;
+mod energy;
 mod workspace;
 mod coarse;
 mod parts;
 
+pub(super) use common::{Common, Led, Shift, Sums, kinetic_of, sums};
+pub(super) use energy::{Allowance, Judged, Start};
 pub(super) use evaluation::Evaluation;
 pub(super) use external::symmetric;
 pub(super) use figures::Total;

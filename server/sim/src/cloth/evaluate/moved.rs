@@ -23,6 +23,8 @@ pub(crate) struct Moved {
     along: f64,
     /// Of the air and given forces alone, what they give less what they take (W): at u, or at each kick of an explicit step.
     external: f64,
+    /// What the medium and given forces give (W) in the kicks of an explicit step, as its method accounts for it.
+    medium: f64,
     /// The greatest |e|², in the square of the unit of e.
     largest: f64,
 }
@@ -30,17 +32,18 @@ pub(crate) struct Moved {
 impl Moved {
     /// The same after another kick, whose error it is that counts.
     pub(crate) fn and(self, kick: Self) -> Self {
-        Self { external: self.external + kick.external, ..kick }
+        Self { external: self.external + kick.external, medium: self.medium + kick.medium, ..kick }
     }
 
     /// That of all blocks of all ranks.
     fn of_all(share: &Share, blocks: &[Self]) -> Self {
         let here = share.own().blocks(blocks).iter().map(|block| block.largest).fold(0.0, f64::max);
-        let sums = |block: &Self| [block.error, block.change, block.own, block.along, block.external];
+        let sums =
+            |block: &Self| [block.error, block.change, block.own, block.along, block.external, block.medium];
         let mut largest = 0.0;
-        let [error, change, own, along, external] =
+        let [error, change, own, along, external, medium] =
             share.sum_and_tell(blocks, &sums, [here], |[of_rank]| largest = f64::max(largest, of_rank));
-        Self { error, change, own, along, external, largest }
+        Self { error, change, own, along, external, medium, largest }
     }
 }
 
@@ -57,15 +60,17 @@ pub(crate) struct Motion {
     pub(crate) along: f64,
     /// Mean power (W) of the air and given forces in the sub-step, of any step.
     pub(crate) external: f64,
+    /// Mean power (W) of the medium and given forces, of an explicit step, as its method accounts for it.
+    pub(crate) medium: f64,
 }
 
 impl Motion {
     /// From the sums of all blocks: the error of a particle is `scale` times the length of what its block added up.
     pub(crate) fn of(share: &Share, blocks: &[Moved], free_count: usize, scale: f64) -> Self {
-        let Moved { error, change, own, along, external, largest } = Moved::of_all(share, blocks);
+        let Moved { error, change, own, along, external, medium, largest } = Moved::of_all(share, blocks);
         let rms = scale * (error / free_count.max(1) as f64).sqrt();
         let error = ErrorEstimate { rms, largest: scale * largest.sqrt(), of_solve: 0.0 };
-        Self { error, change: 0.5 * change, own, along, external }
+        Self { error, change: 0.5 * change, own, along, external, medium }
     }
 }
 
@@ -87,6 +92,7 @@ pub(crate) struct MovedSums<W> {
     own: W,
     along: W,
     external: W,
+    medium: W,
     largest: W,
 }
 
@@ -94,7 +100,15 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
     #[inline(always)]
     pub(crate) fn none() -> Self {
         let zero = W::zero();
-        Self { error: zero, change: zero, own: zero, along: zero, external: zero, largest: zero }
+        Self {
+            error: zero,
+            change: zero,
+            own: zero,
+            along: zero,
+            external: zero,
+            medium: zero,
+            largest: zero,
+        }
     }
 
     /// Adds what the error of sixteen particles is proportional to.
@@ -105,22 +119,30 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         self.largest = self.largest.max(square);
     }
 
-    /// Adds what the air and given forces, as they are at velocities `at`, do in a kick between two velocities: a share of the
-    /// sub-step's mean power.
+    /// Adds what the medium and given forces, as they are at velocities `at`, do in a kick between two velocities: a share of the
+    /// sub-step's mean power. A method accounts for them at two velocities, which are those of the kick but for explicit Euler.
     #[inline(always)]
     pub(crate) fn add_kick<P: Pack<Wide = W>>(
         &mut self,
         (numbers, place): (&StepNumbers<P::Number>, usize),
         at: [P; 3],
-        [before, after]: [[P; 3]; 2],
+        [before, after, accounted]: [[P; 3]; 3],
         (inv_m, share): (P, f64),
     ) {
+        let drag = numbers.drag.to_f64();
+        let wind = array3(&numbers.wind).map(W::splat);
+        let (at, before, after) = (P::widen3(at), P::widen3(before), P::widen3(after));
+        let (accounted, inv_m) = (P::widen3(accounted), inv_m.widen());
+        let (kick, half) = (three!(|c| before[c] + after[c]), W::of(0.5 * share));
+        let both = three!(|c| before[c] + accounted[c]);
+        if drag != 0.0 {
+            let slowing = three!(|c| (wind[c] - at[c]) * W::of(drag));
+            self.medium += (dot(slowing, both) * half).where_positive(inv_m);
+        }
         if let Some(acting) = numbers.external.at::<P>(place) {
-            let wind = array3(&numbers.wind).map(W::splat);
-            let (before, after) = (P::widen3(before), P::widen3(after));
-            let mean = three!(|c| before[c] + after[c]);
-            let power = dot(acting.widen().force(P::widen3(at), wind), mean);
-            self.external += (power * W::of(0.5 * share)).where_positive(inv_m.widen());
+            let force = acting.widen().force(at, wind);
+            self.external += (dot(force, kick) * half).where_positive(inv_m);
+            self.medium += (dot(force, both) * half).where_positive(inv_m);
         }
     }
 
@@ -155,11 +177,11 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
 
     #[inline(always)]
     pub(crate) fn block(self) -> Moved {
-        let Self { error, change, own, along, external, largest } = self;
-        let [error, change, own, along, external] =
-            [error, change, own, along, external].map(|lanes| add_lanes(lanes.store()));
+        let Self { error, change, own, along, external, medium, largest } = self;
+        let [error, change, own, along, external, medium] =
+            [error, change, own, along, external, medium].map(|lanes| add_lanes(lanes.store()));
         let largest = largest.store();
         let largest = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, largest[lane]));
-        Moved { error, change, own, along, external, largest }
+        Moved { error, change, own, along, external, medium, largest }
     }
 }

@@ -1,6 +1,8 @@
 //! The scratch memory of a step.
 
 use super::{
+    common::{Common, PartSums, Shift},
+    energy::{Allowance, Judged, Start},
     evaluation::Evaluation,
     external::External,
     iterate_sums::{Leftover, SweepSums},
@@ -13,7 +15,7 @@ use crate::{
         contact::{Contact, Count},
         layout::{Model, Scratches, Triangles},
         settings::{ClothSettings, Integrator, Purpose},
-        state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
+        state::{ClothReport, PinMotion, State},
     },
     collide,
     linalg::{BlockCsr, CgWorkspace, CoarseMatrix},
@@ -65,6 +67,12 @@ pub struct Workspace<R: Real> {
     /// Of implicit steps that are judged: what energy the sub-step that is tried may have, and whether that holds after contacts.
     pub(crate) allowed: Option<Allowance>,
     pub(crate) judged: Judged,
+    /// What its parts do as a whole, memory for that, and what each lacks of the momentum that it should have.
+    pub(crate) common: Common,
+    pub(crate) of_parts: PartSums,
+    pub(crate) lacking: Vec<Shift>,
+    /// What it met.
+    pub(crate) met: collide::Met,
     /// What a sub-step that is tried found of its motion, block by block.
     pub(crate) moved: Vec<Moved>,
     /// Of implicit steps, block by block: inertia where the step starts (J), what is left over at an iterate, the momentum
@@ -91,7 +99,7 @@ pub struct Workspace<R: Real> {
     pub(crate) trial: [Vec<Padded<R>>; 2],
     /// Of sweeps: velocities (m/s) that the last one began with, and those that the one before it ended with.
     pub(crate) swept: [Vec<Padded<R>>; 2],
-    /// Of sweeps: by how much each component moves as a whole (m/s).
+    /// By how much each component, of sweeps, or each part moves as a whole (m/s).
     pub(crate) shifts: Vec<Vec3<R>>,
     /// The matrix of an implicit step, where the solver asks for an assembled one.
     pub(crate) assembled: Option<BlockCsr<R>>,
@@ -213,9 +221,19 @@ impl<R: Real> Workspace<R> {
         self.forget();
     }
 
+    /// Takes over that what a sub-step wrote has moved since it was evaluated.
+    pub(crate) fn know_nothing(&mut self) {
+        self.current = None;
+    }
+
     /// Takes over that the evaluation is that of what a sub-step wrote, for this purpose too.
     pub(crate) fn know(&mut self, purpose: Purpose) {
         self.current = Some(purpose);
+    }
+
+    /// Whether anything of a cloth moves as a whole: what no pin holds, or what pins that move hold.
+    pub(crate) fn has_common_motion(model: &Model<R>, state: &State<R>) -> bool {
+        model.parts.any_is_loose() || !state.motions.is_empty()
     }
 
     /// Evaluates what a sub-step wrote.

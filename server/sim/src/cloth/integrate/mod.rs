@@ -14,6 +14,7 @@ mod at;
 mod set_up;
 mod solve;
 mod iterate;
+mod balance;
 mod one_step;
 mod with_contact;
 mod newton;

@@ -31,6 +31,9 @@ const HIDDEN: f64 = 0.98;
 /// How often a change is halved, at most.
 const HALVINGS: u32 = 20;
 
+/// Solves of a step by one of which a change has to be taken whole: half of a change is half of a momentum.
+const WHOLE_WITHIN: u32 = 8;
+
 /// How often a step may leave a saddle.
 const SADDLES: u32 = 4;
 
@@ -65,13 +68,13 @@ pub(super) fn advance<R: Real>(
 ) -> Result<(SolveReport, Found, f64), StepFailure> {
     let newton = match settings.minimizer {
         Minimizer::Newton(newton) => newton,
-        _ => NewtonSettings { tolerance: 0.0, max_iterations: 1 },
+        _ => NewtonSettings { tolerance: 0.0, max_iterations: WHOLE_WITHIN },
     };
     let Workspace { next, inertias, numbers, .. } = &mut *step.work;
     let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], inertias);
     step.watch.lap(Stage::Position);
 
-    let mut search = Search { step, settings, interrupt, report: None, mix: Mix::EXACT };
+    let mut search = Search { step, settings, interrupt, report: None, mix: Mix::EXACT, taken: 0.0 };
     let first = search.evaluate(Tried::Next);
     let (mut last, mut is_done) = search.run(first, &newton)?;
     if let Minimizer::Newton(_) = settings.minimizer {
@@ -121,6 +124,8 @@ pub(super) struct Search<'s, 'a, R: Real> {
     pub(super) report: Option<SolveReport>,
     /// The tangent of the last one, where tangents are mixed.
     pub(super) mix: Mix,
+    /// The share of the last change that was taken.
+    pub(super) taken: f64,
 }
 
 impl<R: Real> Search<'_, '_, R> {
@@ -148,6 +153,7 @@ impl<R: Real> Search<'_, '_, R> {
     /// Goes on from the iterate in `next`, which was evaluated, to the last one; says whether that is the solution, as
     /// far as the precision goes. At least one solve is made, so that slow motion is not taken for none.
     fn run(&mut self, first: Iterate, newton: &NewtonSettings) -> Result<(Iterate, bool), StepFailure> {
+        let is_one = self.settings.minimizer == Minimizer::OneStep;
         let mut now = first;
         for iteration in 0..newton.max_iterations {
             let tolerance = if iteration == 0 { 0.0 } else { newton.tolerance };
@@ -163,6 +169,12 @@ impl<R: Real> Search<'_, '_, R> {
             self.report = Some(self.report.map_or(report, |others| others.and(report)));
             let Some(new) = self.search(&now)? else { return Ok((now, true)) };
             now = new;
+            if is_one && self.taken == 1.0 {
+                return Ok((now, true));
+            }
+        }
+        if is_one && !self.settings.time_step.is_unchecked() {
+            return Err(self.no_descent());
         }
         let is_done = now.leftover.largest <= newton.tolerance;
         Ok((now, is_done))
@@ -170,12 +182,15 @@ impl<R: Real> Search<'_, '_, R> {
 
     /// Solves for the change of velocity from the iterate in `next`, which was evaluated.
     pub(super) fn solve(&mut self) -> SolveReport {
-        if !self.settings.mixes_tangents() {
-            return self.step.solve(At::Iterate, self.settings, self.interrupt);
-        }
-        let mixes = [self.mix.with_less(), Mix::ABSOLUTE];
-        let (report, mix) = self.step.solve_mixed(At::Iterate, mixes, self.settings, self.interrupt);
-        self.mix = mix;
+        let report = if self.settings.mixes_tangents() {
+            let mixes = [self.mix.with_less(), Mix::ABSOLUTE];
+            let (report, mix) = self.step.solve_mixed(At::Iterate, mixes, self.settings, self.interrupt);
+            self.mix = mix;
+            report
+        } else {
+            self.step.solve(At::Iterate, self.settings, self.interrupt)
+        };
+        self.step.balance_change_of_iterate();
         report
     }
 
@@ -196,6 +211,7 @@ impl<R: Real> Search<'_, '_, R> {
             let is_hidden = predicted <= slack && new.leftover.square <= HIDDEN * now.leftover.square;
             if is_lower && is_short || is_hidden {
                 self.take();
+                self.taken = share;
                 return Ok(Some(new));
             }
             if predicted <= slack {
@@ -204,9 +220,15 @@ impl<R: Real> Search<'_, '_, R> {
             }
             share *= 0.5;
         }
+        Err(self.no_descent())
+    }
+
+    /// No change, or none as a whole, lowers what is minimised.
+    fn no_descent(&self) -> StepFailure {
         let Step { model, state, work, .. } = &*self.step;
         let particle = risen_most(model, &work.numbers, [state, &work.next]);
-        Err(StepFailure::Descent { particle, value: 0.0, predicted, limit: SHARE })
+        let predicted = work.cg.descent();
+        StepFailure::Descent { particle, value: 0.0, predicted, limit: SHARE }
     }
 
     /// A bound on what rounding does to the difference of two values near this one (J).
@@ -238,9 +260,15 @@ impl<R: Real> Search<'_, '_, R> {
         outcome: Outcome,
     ) -> (SolveReport, Found, f64) {
         let report = self.report(&first, &last, outcome);
-        let pin_work = first.total.pin_work.max(0.0) + last.total.pin_work.max(0.0);
-        let found = Found::Iterate { inertia, potential: last.total.potential(), pin_work };
+        let lift = self.step.balance_iterate();
+        let pins = |iterate: &Iterate| iterate.total.pin_work_from(self.step.work.common.pins).max(0.0);
+        let pin_work = pins(&first) + pins(&last);
+        let found =
+            Found::Iterate { inertia, potential: last.total.potential() + lift.unwrap_or(0.0), pin_work };
         let scale = self.step.finish_iterate(self.settings);
+        if lift.is_some() {
+            self.step.work.know_nothing();
+        }
         (report, found, scale)
     }
 

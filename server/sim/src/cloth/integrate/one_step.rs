@@ -41,6 +41,7 @@ pub(super) fn advance<R: Real>(
     } else {
         check(&report)?;
     }
+    step.balance_change();
     if step.work.numbers.scheme.beyond == 1.0 {
         step.kick_by_dv_and_drift();
         return Ok((report, Found::End, step.error_of_change()));
@@ -91,8 +92,9 @@ impl<R: Real> Step<'_, R> {
 
     /// v' = v + 2 dv, x' = x + H (v + dv), by way of the state in the middle, which is what was solved for.
     fn go_beyond(&mut self, settings: &ClothSettings) -> (Found, f64) {
-        let Workspace { evaluation, next, moved, inertias, numbers, trial: [x, v], scratches, .. } =
-            &mut *self.work;
+        let Workspace {
+            evaluation, next, moved, inertias, numbers, trial: [x, v], scratches, common, ..
+        } = &mut *self.work;
         let start = Start::new(self.model, self.state, numbers);
         start.predict([&mut next.x, &mut next.v], inertias);
         start.go([&next.x, &next.v], &next.dv, 1.0, [x, v]);
@@ -106,7 +108,8 @@ impl<R: Real> Step<'_, R> {
         );
         self.watch.lap(Stage::Force);
 
-        let (potential, pin_work) = (evaluation.total.potential(), evaluation.total.pin_work);
+        let (potential, pin_work) =
+            (evaluation.total.potential(), evaluation.total.pin_work_from(common.pins));
         let scale = start.finish(settings.integrator, [x, v], next, moved);
         self.watch.lap(Stage::Position);
         (Found::Middle { potential, pin_work }, scale)

@@ -58,8 +58,14 @@ fn of_crumpled(
     let Workspace { next, inertias, numbers, .. } = &mut work;
     Start::new(&model, &state, numbers).predict([&mut next.x, &mut next.v], inertias);
     let mut step = Step { model: &model, state: &state, work: &mut work, watch: &mut NoStopwatch };
-    let mut search =
-        Search { step: &mut step, settings: &settings, interrupt: &interrupt, report: None, mix: Mix::EXACT };
+    let mut search = Search {
+        step: &mut step,
+        settings: &settings,
+        interrupt: &interrupt,
+        report: None,
+        mix: Mix::EXACT,
+        taken: 0.0,
+    };
     let first = search.evaluate(Tried::Next);
     look(&mut search, first);
 }

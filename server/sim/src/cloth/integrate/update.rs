@@ -177,7 +177,8 @@ impl<R: Real> WithSimd<R> for Advance<'_, R> {
             }
             if weighed != Weighed::All {
                 let inv_m = lanes_at::<P>(inv_m, group);
-                sums.add_kick((numbers, first + group), v, [v, new], (inv_m, share));
+                let accounted = if weighed == Weighed::Change { v } else { new };
+                sums.add_kick((numbers, first + group), v, [v, new, accounted], (inv_m, share));
             }
         }
         sums.block()
@@ -243,7 +244,7 @@ impl<R: Real> WithSimd<R> for SecondKick<'_, R> {
                 None => old,
             };
             let inv_m = lanes_at::<P>(self.inv_m, group);
-            sums.add_kick((self.numbers, self.first + group), at, [old, new], (inv_m, self.share));
+            sums.add_kick((self.numbers, self.first + group), at, [old, new, new], (inv_m, self.share));
             sums.add_error(P::widen3(three!(|c| kick[c] - (old[c] - from[c]))));
         }
         sums.block()

@@ -48,7 +48,7 @@ pub(super) fn advance<R: Real>(
     step.watch.lap(Stage::Position);
 
     let none = SolveReport::at_once(Outcome::IterationCap, 0.0);
-    let mut search = Search { step, settings, interrupt, report: Some(none), mix: Mix::EXACT };
+    let mut search = Search { step, settings, interrupt, report: Some(none), mix: Mix::EXACT, taken: 0.0 };
     let first = search.evaluate(Tried::Next);
     search.step.fall();
     let mut momentum = search.step.gather_momentum();

@@ -9,14 +9,18 @@
 //! damping takes, to second order, if all goes on at v. The work of pins on their way counts for both, and both come with
 //! the evaluation of a state and the sweeps of the solve. Damping of springs is left out of the fall, which can only
 //! make it greater.
+//!
+//! What moves as a whole says nothing about a step, and is much where the scene is seen from a train. So both falls are those from where each
+//! part goes on as a whole, which is the minimum of G over such motion, and the work of pins is what they do beside carrying
+//! what they hold along.
 
-use super::{contact_gain::most_owed, energies::risen_most, rounding::rounding};
+use super::{energies::risen_most, rounding::rounding};
 use crate::{
     cloth::{
         contact::PairEnergy,
-        evaluate::{Evaluation, Motion, StepNumbers, Total},
+        evaluate::{Allowance, Common, Evaluation, Motion, StepNumbers, Total},
         layout::Model,
-        state::{Allowance, State},
+        state::State,
     },
     math::Real,
     report::StepFailure,
@@ -33,6 +37,9 @@ const BEYOND_SHARE: f64 = 1e-3;
 const MIDDLE_SHARE: f64 = 0.01;
 /// Share of the kinetic and elastic energy that may be owed for such midpoints, one after the other.
 const MIDDLE_OWED: f64 = 0.05;
+
+/// Roundings of sums in binary64 by which what parts do as a whole may be off.
+const WHOLE_ROUNDINGS: f64 = 64.0;
 
 /// What is known before a step, to judge it by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,6 +90,8 @@ pub(crate) struct After<'a, R: Real> {
     pub(crate) owed: f64,
     /// Of pairs that keep surfaces apart.
     pub(crate) pairs: PairEnergy,
+    /// What parts do as a whole.
+    pub(crate) common: &'a Common,
 }
 
 /// What energy a step may have that is accepted.
@@ -98,40 +107,46 @@ pub(crate) fn accept<R: Real>(
     let (old, new) = (&before.total, &after.evaluation.total);
     let Motion { change, own, along, .. } = *after.motion;
 
-    // Forces on pins are those that the old and the new state predict for the end of a step: together more than pins do.
-    let pins = |work: f64| old.pin_work.max(0.0) + work.max(0.0);
+    // Forces on pins are those that the old and the new state predict for the end of a step, or the first and the last iterate have:
+    // together more than pins do.
+    let common = after.common;
+    let pins = |work: f64| old.pin_work_from(common.pins).max(0.0) + work.max(0.0);
     let (inertia, potential, pins) = match after.found {
-        Found::End => (old.kinetic_energy, new.potential(), pins(new.pin_work)),
+        Found::End => (old.kinetic_energy, new.potential(), pins(new.pin_work_from(common.pins))),
         Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
-        Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pins(pin_work)),
+        Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pin_work),
     };
     let medium = numbers.scheme.h * (0.5 * own - along);
     let PairEnergy { start, at_velocity, end, is_driven, has_any } = after.pairs;
-    let fall = inertia - change + old.potential() - potential - medium + pins + (start - end);
+    let whole = inertia - common.descent;
+    let fall = whole - change + old.potential() - potential - medium + pins + (start - end);
     let predicted = match after.found {
         Found::Iterate { .. } => fall.max(0.0),
         Found::End | Found::Middle { .. } => {
-            old.kinetic_energy + old.slope() + after.descent + pins + (start - at_velocity)
+            whole + old.slope() + after.descent + pins + (start - at_velocity)
         }
     };
     let rounding = rounding(model, numbers, old, before.largest_coordinate)
-        + rounding(model, numbers, new, after.evaluation.largest_coordinate);
+        + rounding(model, numbers, new, after.evaluation.largest_coordinate)
+        + WHOLE_ROUNDINGS * f64::EPSILON * (common.descent.abs() + common.kinetic[0] + common.kinetic[1]);
     let particle = || risen_most(model, numbers, after.states);
     if fall < SHARE * predicted - rounding {
         return Err(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
     }
 
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
-    let given = numbers.dt * (along - own) + numbers.dt / numbers.scheme.h * pins;
+    let given = numbers.dt * (along - own) + numbers.dt / numbers.scheme.h * pins + common.carried;
     let share = match after.found {
         Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
         Found::Middle { .. } => MIDDLE_SHARE,
         Found::Iterate { .. } | Found::End => SHARE,
     };
     // What a midpoint gains adds up, since it damps nothing: over the run, no more than a share of what moves.
-    let moved = |total: &Total| total.kinetic_energy + total.elastic_energy;
+    let moved = |total: &Total, whole: f64| total.moved() - whole;
+    let [first, last] = common.kinetic;
+    let moves = moved(old, first).max(moved(new, last));
     let room = match after.found {
-        Found::Middle { .. } => (MIDDLE_OWED * moved(old).max(moved(new)) - after.owed).max(0.0),
+        Found::Middle { .. } => (MIDDLE_OWED * moves - after.owed).max(0.0),
         Found::Iterate { .. } | Found::End => f64::INFINITY,
     };
     // What pairs give back of the thickness is theirs.
@@ -140,7 +155,6 @@ pub(crate) fn accept<R: Real>(
     if gain > limit && !is_driven {
         return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
     }
-    let most = most_owed(moved(old).max(moved(new)));
     let owes = matches!(after.found, Found::Middle { .. }) || has_any && !is_driven;
-    Ok(Allowance { given: given + rounding, limit: gain.max(given) + rounding, most, owes })
+    Ok(Allowance { given: given + rounding, limit: gain.max(given) + rounding, owes, totals: [*old, *new] })
 }

@@ -11,7 +11,7 @@ mod gain;
 mod accept;
 
 pub(super) use accept::{After, Before, Found, accept};
-pub(super) use contact_gain::owed;
+pub(super) use contact_gain::{most_owed, owed};
 pub(super) use energies::risen_most;
 pub(super) use gain::{gain_limit, gained, start_of};
 pub(super) use limits::{cause, fastest, judge};

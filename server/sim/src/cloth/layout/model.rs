@@ -10,6 +10,7 @@ use std::{collections::BTreeSet, ops::Range};
 use super::{
     check::check_network,
     elements::Elements,
+    parts::Parts,
     rows::{Joint, Springs, sort_rows},
     surface::Surface,
     triangles::Triangles,
@@ -72,6 +73,8 @@ pub struct Model<R: Real> {
     pub(crate) components: Option<Components>,
     /// Its surface, where parts of it keep a distance or crossings are counted.
     pub(crate) surface: Option<Surface>,
+    /// What moves by itself.
+    pub(crate) parts: Parts,
     /// What no pin holds, where the settings have steps solve linear systems.
     pub(crate) loose: Option<Loose<R>>,
 }
@@ -181,6 +184,7 @@ impl<R: Real> Model<R> {
             patches: None,
             colours: None,
             components: None,
+            parts: Parts::default(),
             loose: None,
         };
         model.lay_out(network, settings)?;
@@ -199,12 +203,13 @@ impl<R: Real> Model<R> {
             // What is too entangled for them goes without, where nobody asked for them by name.
             self.patches = if settings.may_switch() { made.ok() } else { Some(made?) };
         }
-        let components = || Components::new(self.count, &self.inv_m, network.pairs(&self.place));
+        let components = Components::new(self.count, &self.inv_m, network.pairs(&self.place));
+        self.parts = Parts::new(&components, [&self.m, &self.inv_m], self.block_size);
         if settings.has_sweeps() {
-            self.components = Some(components());
+            self.components = Some(components);
             self.colours = Some(Colours::new(self.count, self.block_size, network.pairs(&self.place)));
         } else if settings.solves() {
-            self.loose = Loose::new(&self.m, &components());
+            self.loose = Loose::new(&self.m, &components);
         }
         Ok(())
     }
@@ -228,6 +233,11 @@ impl<R: Real> Model<R> {
         let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
         let layout = CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place))?;
         Ok(layout.over(&self.share))
+    }
+
+    /// Whether all of it is one part that no pin holds.
+    pub(crate) fn is_loose(&self) -> bool {
+        matches!(self.parts.all(), [part] if !part.is_held)
     }
 
     /// Its surface, where parts of it keep a distance.

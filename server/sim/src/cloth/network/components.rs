@@ -49,6 +49,11 @@ impl Components {
         self.is_pinned.len()
     }
 
+    /// How many rows there are.
+    pub(crate) fn row_count(&self) -> usize {
+        self.of_row.len()
+    }
+
     /// The free rows of a component.
     pub(crate) fn rows(&self, component: usize) -> &[u32] {
         &self.rows[self.starts[component] as usize..self.starts[component + 1] as usize]

@@ -129,14 +129,24 @@ impl<R: Real> State<R> {
     /// Gives moving pins the velocity that brings them to their targets in the steps left, of `dt` (s) each, or at the
     /// end of this one, which is a `part` of such a step; says whether any velocity changed.
     pub(crate) fn aim_pins(&mut self, share: &Share, dt: f64, part: f64) -> bool {
+        let has_changed = self.look_at_pins(share, dt, part);
+        self.motions.iter_mut().for_each(|motion| motion.steps_left -= part);
+        has_changed
+    }
+
+    /// Gives pins the velocity with which they begin the next sub-step, of which the length is not known yet; says whether that
+    /// changes any.
+    pub(crate) fn look_ahead(&mut self, share: &Share, dt: f64) -> bool {
+        self.look_at_pins(share, dt, 0.0)
+    }
+
+    fn look_at_pins(&mut self, share: &Share, dt: f64, part: f64) -> bool {
         if self.motions.is_empty() {
             return false;
         }
         let mut has_changed = false;
-        for motion in &mut self.motions {
-            let i = motion.particle as usize;
-            let left = motion.steps_left;
-            motion.steps_left -= part;
+        for motion in &self.motions {
+            let (i, left) = (motion.particle as usize, motion.steps_left);
             // Where others are is known to who computes them.
             if !share.has(i) {
                 continue;

@@ -9,6 +9,5 @@ mod report;
 
 pub use cloth::{PathPoint, PinMotion, State};
 pub(crate) use gain::Gain;
-pub(super) use gain::{Allowance, Judged, Start};
 pub(crate) use kept::Kept;
 pub(crate) use report::ClothReport;

@@ -72,7 +72,7 @@ impl SnowSums {
     pub(in crate::snow) fn entry(&self) -> Entry {
         let Diagnostics { kinetic_energy, elastic_energy, momentum, .. } = self.diagnostics;
         let moved = kinetic_energy + self.affine_energy + elastic_energy;
-        Entry { moved, momentum, moment: self.moment, lifted: self.lifted }
+        Entry { moved, mass: self.mass, momentum, moment: self.moment, lifted: self.lifted }
     }
 }
 

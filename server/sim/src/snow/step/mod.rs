@@ -20,7 +20,7 @@ pub(super) use order::{divide, renew_places, sort_anew};
 
 use self::{
     culprit::culprits_in_chunks,
-    diagnose::report,
+    diagnose::{SnowSums, report},
     failure::{MOVE, check_energy, check_mass, check_stretch, culprits},
     order::renew_order,
     push::push,
@@ -99,15 +99,14 @@ pub fn step<R: Real>(
     let report = report(model, state, work, taken, &sums, (around.colliders, times));
     watch.lap(Stage::Diagnose);
     check_energy(model, state, work, sums.diagnostics.kinetic_energy + sums.diagnostics.elastic_energy)?;
-    let moving = around.colliders.iter().any(|collider| collider.moves(times));
+    let (frame, work_of_colliders) = carried(work, around, &sums);
     let taken = Taken {
         gravity: around.gravity,
         substeps: division.substeps,
         dt: division.dt,
-        given: work.given,
+        given: work.given + work_of_colliders,
+        frame,
         rounding: R::ROUNDING,
-        // What a collider that moves gives nodes which a solve then pushes is not told apart.
-        is_known: !(moving && model.settings.integration.is_implicit()),
     };
     let fastest = culprits(model, state, work).fastest();
     state.book.enter(&model.settings, sums.entry(), &taken, fastest)?;
@@ -115,6 +114,23 @@ pub fn step<R: Real>(
     let diagnostics = Diagnostics { external_work: work.external, ..sums.diagnostics };
     let notices = work.notices;
     Ok(SnowStep { diagnostics, report, contact_count, solve, notices, work: work.spent })
+}
+
+/// The velocity (m/s) of the surfaces that snow touched in a step of the world, and what the motion of colliders gave (J): where
+/// nothing was touched, the velocity of the snow as a whole.
+fn carried<R: Real>(work: &SnowWorkspace<R>, around: &Surroundings<'_>, sums: &SnowSums) -> ([f64; 3], f64) {
+    let (mut push, mut along, mut given) = (0.0, [0.0; 3], 0.0);
+    let [start, end] = [around.time, around.time + around.dt];
+    let middle = sums.moment.map(|c| c / sums.mass);
+    for (collider, felt) in around.colliders.iter().zip(&work.felt) {
+        let (pushed, velocity) = (felt.push(), collider.mean_velocity(middle, [start, end]));
+        push += pushed;
+        along = [0, 1, 2].map(|c| along[c] + pushed * velocity[c]);
+        given += felt.work();
+    }
+    let momentum = sums.diagnostics.momentum;
+    let frame = if push > 0.0 { along.map(|c| c / push) } else { momentum.map(|c| c / sums.mass) };
+    (frame, given)
 }
 
 /// What a step finds on the grid.
@@ -229,7 +245,7 @@ fn advance_particles<R: Real>(
             (all.unwrap_or(found), given)
         }
     };
-    work.given += work.grid_diagnostics.given + given;
+    work.given += given;
     work.notices = work.notices.and(found.notices);
     work.extremes = found.extremes;
     work.culprits = division.is_last().then_some(found.culprits);

@@ -1,6 +1,6 @@
-//! The box that the particles are in, for colliders of which some points are faster than others.
+//! The box that the particles are in, for colliders that move: which of them may come near, and how fast their points are there.
 //!
-//! Reads the blocks of the grid, of all ranks; writes coordinates (m). Without a collider on a way nobody is asked.
+//! Reads the blocks of the grid, of all ranks; writes coordinates (m). Without a collider that moves nobody is asked.
 
 use crate::{
     collide::Collider,
@@ -23,8 +23,8 @@ pub(super) fn around<'a, R: Real>(
     colliders: &'a [Collider],
     times: [f64; 2],
 ) -> Around<'a> {
-    let has_way = colliders.iter().any(|collider| collider.way.is_some());
-    let reach = if has_way { reach(work, model.settings.cell) } else { [[0.0; 3]; 2] };
+    let moves = colliders.iter().any(|collider| collider.moves(times));
+    let reach = if moves { reach(work, model.settings.cell) } else { [[0.0; 3]; 2] };
     Around { colliders, times, reach }
 }
 

@@ -52,8 +52,6 @@ pub(crate) struct GridDiagnostics {
     pub(crate) fastest: [i32; 3],
     /// Nodes within a collider.
     pub(crate) contacts: u64,
-    /// Kinetic energy (J) that nodes gained from colliders, of those that gained any.
-    pub(crate) given: f64,
 }
 
 /// Momenta and impulses of all nodes to velocities at the end of a step; `diagnostics` is scratch. Writes what each block gives
@@ -145,10 +143,7 @@ impl GridStep<'_> {
                 }
 
                 if near != 0 {
-                    let free = v;
                     diagnostics.contacts += u64::from(self.collide((near, &mut *felt), block, i, &mut v, m));
-                    let [after, free] = [v, free].map(|v| v.map(Real::to_f64));
-                    diagnostics.given += 0.5 * m.to_f64() * (dot(after, after) - dot(free, free)).max(0.0);
                 }
 
                 nodes[i] = [v[0], v[1], v[2], m];
@@ -214,7 +209,7 @@ impl GridStep<'_> {
                 let moving = collider.velocity_at(place, self.context.time);
                 let old = *v;
                 *v = velocity_after(collider, moving, v.map(Real::to_f64), normal).map(R::of);
-                felt[k].take(collider, impulse(*v, old), place);
+                felt[k].take(collider, impulse(*v, old), place, moving);
                 felt[k].count();
                 last = k;
                 corner.add(collider, normal, moving);
@@ -228,7 +223,9 @@ impl GridStep<'_> {
                 let old = *v;
                 *v = settled.map(R::of);
                 // What all of them need together is told of the last one.
-                felt[last].take(&self.context.colliders[last], impulse(*v, old), place);
+                let collider = &self.context.colliders[last];
+                let moving = collider.velocity_at(place, self.context.time);
+                felt[last].take(collider, impulse(*v, old), place, moving);
             }
         }
 
@@ -277,17 +274,21 @@ impl GridStep<'_> {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
         let (mut rest, mut last) = (impulse, None::<(usize, [f64; 3])>);
         let colliders = self.context.colliders;
+        let mut take = |k: usize, part: [f64; 3]| {
+            let moving = colliders[k].velocity_at(place, self.context.time);
+            felt[k].take(&colliders[k], part, place, moving);
+        };
         for (k, collider) in colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1) {
             let Some(normal) = self.holds(collider, place, v) else { continue };
             if let Some((before, normal)) = last.replace((k, normal)) {
                 let share = dot(rest, normal);
                 let part = normal.map(|n| share * n);
-                felt[before].take(&colliders[before], part, place);
+                take(before, part);
                 rest = minus(rest, part);
             }
         }
         if let Some((last, _)) = last {
-            felt[last].take(&colliders[last], rest, place);
+            take(last, rest);
         }
     }
 }
@@ -302,8 +303,7 @@ fn collect(diagnostics: &[GridDiagnostics]) -> GridDiagnostics {
         }
     }
 
-    [total.mass, total.dropped, total.given] =
-        parallel::sum_by(diagnostics, &|block| [block.mass, block.dropped, block.given]);
+    [total.mass, total.dropped] = parallel::sum_by(diagnostics, &|block| [block.mass, block.dropped]);
     total
 }
 

@@ -7,12 +7,12 @@ use crate::{
     collide::{ChunkLoads, Collider, Felt, has_passed, velocity_after},
     math::{
         LANES, Real,
-        array::{dot, length, minus},
+        array::{length, minus},
     },
     report::Notices,
     snow::{
         grid::{SIDE, block_of},
-        particles::{Lanes, Motion},
+        particles::Motion,
     },
 };
 
@@ -80,8 +80,6 @@ fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
 pub(crate) struct Collided {
     /// Side of a cell (m).
     cell: f64,
-    /// Kinetic energy (J) that the last one gained, if any.
-    given: f64,
     /// Particles that went through a collider, or into it.
     pub(crate) notices: Notices,
 }
@@ -89,13 +87,12 @@ pub(crate) struct Collided {
 impl Collided {
     /// Nothing so far, on cells of side `cell` (m).
     pub(crate) fn new(cell: f64) -> Self {
-        Self { cell, given: 0.0, notices: Notices::default() }
+        Self { cell, notices: Notices::default() }
     }
 
     /// Lets velocities of those particles of a group that are near, all of which have these numbers, answer to colliders where
     /// they would enter one (step 9), and counts those that go through one all the same. What colliders feel of it goes to the
-    /// loads of their blocks, from the position of the first in the order on. Returns the kinetic energy (J) that each gained
-    /// which gained any.
+    /// loads of their blocks, from the position of the first in the order on.
     pub(crate) fn collide<R: Real>(
         &mut self,
         context: &StepContext<'_>,
@@ -103,20 +100,17 @@ impl Collided {
         (ids, near): (&[u32], &[bool; LANES]),
         arrival: &mut Arrival<R>,
         (loads, first): (&mut ChunkLoads<'_>, usize),
-    ) -> Lanes<f64> {
+    ) {
         let speed = |collider: &Collider, at| length(collider.velocity_at(at, context.time));
         let shift_at = |at: [f64; 3]| {
             context.dt * context.colliders.iter().map(|collider| speed(collider, at)).fold(0.0, f64::max)
         };
         let turns = context.colliders.iter().any(|collider| collider.way.is_some());
         let shift = shift_at([0.0; 3]);
-        let mut given = [0.0; LANES];
         for (lane, id) in ids.iter().enumerate().filter(|(lane, _)| near[*lane]) {
             let (x, m) = motion.of_one(lane);
             let x = [x[0].to_f64(), x[1].to_f64(), x[2].to_f64()];
-            self.given = 0.0;
-            let nearest = self.answer(context, (x, m.to_f64()), lane, arrival, loads.at(first + lane));
-            given[lane] = self.given;
+            let nearest = Self::answer(context, (x, m.to_f64()), lane, arrival, loads.at(first + lane));
 
             let end = position(context, x, lane, arrival);
             let shift = if turns { shift_at(end) } else { shift };
@@ -126,13 +120,11 @@ impl Collided {
                     self.notices.and(Notices { passed_count: 1, first_passed, ..Notices::default() });
             }
         }
-        given
     }
 
     /// Lets the velocity of one particle of a place (m) and a mass (kg) answer, which each collider feels. Gives the distance (m)
     /// of the nearest surface from where it goes, or less where the particle was touched.
     fn answer<R: Real>(
-        &mut self,
         context: &StepContext<'_>,
         (x, m): ([f64; 3], f64),
         lane: usize,
@@ -153,14 +145,13 @@ impl Collided {
             let before = [0, 1, 2].map(|k| arrival.v[k][lane].to_f64());
             let moving = collider.velocity_at(at, context.time);
             let after: [f64; 3] = velocity_after(collider, moving, before, normal);
-            self.given += 0.5 * m * (dot(after, after) - dot(before, before)).max(0.0);
             for k in 0..3 {
                 arrival.v[k][lane] = R::of(after[k]);
                 let drift = arrival.drift[k][lane].to_f64() + (after[k] - before[k]);
                 arrival.drift[k][lane] = R::of(drift);
             }
             let taken = [0, 1, 2].map(|k| m * (arrival.v[k][lane].to_f64() - before[k]));
-            felt.take(collider, taken, at);
+            felt.take(collider, taken, at, moving);
         }
         nearest
     }

@@ -43,7 +43,7 @@ pub(crate) fn update_particles<R: Real>(
     });
 }
 
-/// What chunks tell, the energy (J) that the particles of each block were given, and what they gave to colliders.
+/// What chunks tell, the energy (J) that hardening gave the particles of each block, and what they gave to colliders.
 pub(crate) type Told<'a> = (&'a mut Vec<ChunkDiagnostics>, &'a mut Vec<f64>, &'a mut BlockLoads);
 
 fn update_chunks<R: Real, S: Scheme, const N: usize>(
@@ -82,7 +82,6 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
             particles.prefetch(list, start, LANES * TOGETHER);
 
             // 8 and 9. Velocities of particles, and their collisions.
-            let mut kicked = [[0.0; LANES]; TOGETHER];
             for (k, group) in groups.iter().enumerate().filter(|(_, group)| group.count > 0) {
                 particles.read_motion(group, &mut motions[k]);
                 dispatch(GridToGroup::<R, S, N> {
@@ -99,7 +98,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                     let ids = group.at.map(|at| particles.id[at as usize]);
                     let particles = (&ids[..group.count], &near);
                     let loads = (&mut loads, first + start + k * LANES);
-                    kicked[k] = collided.collide(context, &motions[k], particles, &mut arrivals[k], loads);
+                    collided.collide(context, &motions[k], particles, &mut arrivals[k], loads);
                 }
             }
 
@@ -123,7 +122,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
             for (k, group) in groups.iter().enumerate() {
                 let position = first + start + k * LANES;
                 migration.note(position, &codes[k][..group.count]);
-                given.add(position, &kicked[k][..group.count], &hardened[k]);
+                given.add(position, &hardened[k][..group.count]);
             }
         }
         *diagnostics = tally.finish();
@@ -146,11 +145,10 @@ impl<'a> Given<'a> {
         Self { blocks, starts, block: 0 }
     }
 
-    /// Adds what colliders and hardening gave particles from a position of the order on, as many as colliders tell of; positions
-    /// ascend from call to call.
-    fn add<R: Real>(&mut self, position: usize, kicked: &[f64], hardened: &Lanes<R>) {
-        for (lane, (kicked, hardened)) in kicked.iter().zip(hardened).enumerate() {
-            let given = kicked + hardened.to_f64();
+    /// Adds what hardening gave particles from a position of the order on; positions ascend from call to call.
+    fn add<R: Real>(&mut self, position: usize, hardened: &[R]) {
+        for (lane, hardened) in hardened.iter().enumerate() {
+            let given = hardened.to_f64();
             if given != 0.0 {
                 while self.starts[self.block + 1] as usize <= position + lane {
                     self.block += 1;

@@ -1,0 +1,121 @@
+//! The momentum of what no pin holds, set to what acts on it: a solve that ends at a tolerance, at a cap or in binary32 leaves a little of
+//! it over, and a free body would drift by that. No spring feels what all of a part does, so that one division is exact.
+
+use super::update::Step;
+use crate::{
+    cloth::{
+        evaluate::{Led, Shift, Workspace, sums},
+        layout::Model,
+        state::State,
+    },
+    math::{LANES, Padded, Real, Vec3},
+    parallel::{per_row_mut, per_sixteen_mut},
+};
+
+/// Roundings of velocities that an iterate is not moved by.
+const ROUNDINGS: f64 = 4.0;
+
+impl<R: Real> Step<'_, R> {
+    /// Of a change of velocity that was solved for from the state: sets the momentum that it leads to, and tells the judge of the step
+    /// what parts do as a whole.
+    pub(super) fn balance_change(&mut self) {
+        let dv = std::mem::take(&mut self.work.next.dv);
+        let lacks = self.look_at_parts(Led::ByChange { from: &self.state.v, dv: &dv });
+        self.work.next.dv = dv;
+        if lacks {
+            self.shift_change();
+        }
+    }
+
+    /// The same of one from the iterate in `next`.
+    pub(super) fn balance_change_of_iterate(&mut self) {
+        let State { dv, v, .. } = &mut self.work.next;
+        let (dv, v) = (std::mem::take(dv), std::mem::take(v));
+        let lacks = self.look_at_parts(Led::ByChange { from: &v, dv: &dv });
+        (self.work.next.dv, self.work.next.v) = (dv, v);
+        if lacks {
+            self.shift_change();
+        }
+    }
+
+    fn shift_change(&mut self) {
+        let (model, work) = (self.model, &mut *self.work);
+        work.cg.lower(work.lacking.iter().map(|shift| shift.descent).sum());
+        work.shifts.clear();
+        work.shifts.extend(work.lacking.iter().map(|shift| shift.by.map(R::of)));
+        let Workspace { next, shifts, .. } = work;
+        model.share.own().each(per_sixteen_mut(&mut next.dv), |block, dv| {
+            for (row, shift) in rows_that_move(model, shifts, block) {
+                let (group, lane) = ((row - block * model.block_size) / LANES, row % LANES);
+                let moved = dv[group].get(lane) + shift;
+                dv[group].set(lane, moved);
+            }
+        });
+    }
+
+    /// The same of the iterate in `next`, where more is lacking than rounding; returns by how much its gravitational energy rises (J), where
+    /// anything moved.
+    pub(super) fn balance_iterate(&mut self) -> Option<f64> {
+        let u = std::mem::take(&mut self.work.next.v);
+        let lacks = self.look_at_parts(Led::To(&u));
+        self.work.next.v = u;
+        let (model, work) = (self.model, &mut *self.work);
+        let speed = (2.0 * work.evaluation.total.kinetic_energy / model.free_mass).sqrt();
+        let least = ROUNDINGS * R::ROUNDING * speed;
+        if !lacks || work.lacking.iter().all(|shift| shift.by.amax() <= least) {
+            return None;
+        }
+
+        let h = work.numbers.scheme.h;
+        let gravity = work.numbers.gravity.map(R::to_f64);
+        let parts = model.parts.all().iter().zip(&work.lacking);
+        let lift: f64 = parts.map(|(part, shift)| -part.mass * gravity.dot(&shift.by) * h).sum();
+        work.shifts.clear();
+        work.shifts.extend(work.lacking.iter().map(|shift| shift.by.map(R::of)));
+        let Workspace { next, shifts, .. } = work;
+        let h = R::of(h);
+        let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
+        model.share.own().each(iterate, |block, [x, v]| {
+            for (row, shift) in rows_that_move(model, shifts, block) {
+                let row = row - block * model.block_size;
+                v[row] = Padded::new(&(v[row].vector() + shift));
+                x[row] = Padded::new(&(x[row].vector() + shift * h));
+            }
+        });
+        Some(lift)
+    }
+
+    /// Takes over what parts do as a whole once each has the momentum that it should have; says whether any lacks some.
+    fn look_at_parts(&mut self, led: Led<'_, R>) -> bool {
+        let (model, work) = (self.model, &mut *self.work);
+        work.common.clear();
+        work.lacking.clear();
+        // Surfaces that push each other apart give parts momentum too.
+        if model.thick_surface().is_some() || !Workspace::has_common_motion(model, self.state) {
+            return false;
+        }
+        let Workspace { numbers, of_parts, lacking, common, .. } = work;
+        sums(model, numbers, self.state, led, of_parts);
+        for (part, sums) in model.parts.all().iter().zip(&mut of_parts.sums) {
+            let shift = sums.lacking(part, numbers).unwrap_or(Shift::NONE);
+            *sums = sums.shifted(part, numbers, shift.by);
+            lacking.push(shift);
+        }
+        common.set_implicit(model, numbers, &of_parts.sums);
+        lacking.iter().any(|shift| shift.by != Vec3::zeros())
+    }
+}
+
+/// Free rows of a block that are shifted, with the shift of their part.
+fn rows_that_move<R: Real>(
+    model: &Model<R>,
+    shifts: &[Vec3<R>],
+    block: usize,
+) -> impl Iterator<Item = (usize, Vec3<R>)> {
+    let first = block * model.block_size;
+    let rows = first..model.count.min(first + model.block_size);
+    let of_row = |row: usize| (row, shifts[model.parts.of_row(row)]);
+    let moves =
+        move |(row, shift): &(usize, Vec3<R>)| model.inv_m[*row] > R::zero() && *shift != Vec3::zeros();
+    rows.map(of_row).filter(moves)
+}

@@ -1,0 +1,139 @@
+//! The parts of a cloth that move by themselves: each component that no pin holds, and all that pins hold as one.
+//!
+//! What a part has is added up piece by piece: a piece is what a block of rows has of a part.
+
+use crate::{
+    cloth::network::Components,
+    math::Real,
+    parallel::{Share, block_count},
+};
+
+/// The parts of a model, in the order of their first rows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Parts {
+    /// Where the pieces of each block begin, and one more.
+    starts: Vec<u32>,
+    /// The part of each piece.
+    of_piece: Vec<u32>,
+    /// The part of each row.
+    of_row: Vec<u32>,
+    all: Vec<Part>,
+    /// The rows that are pinned.
+    pins: Vec<u32>,
+}
+
+/// What is known of a part.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Part {
+    /// Mass of its free rows (kg), and how many they are.
+    pub(crate) mass: f64,
+    pub(crate) count: u32,
+    /// Whether pins hold it.
+    pub(crate) is_held: bool,
+}
+
+impl Parts {
+    /// From the components of a model, masses of its rows (kg) and their inverses, 0 for pins.
+    pub(crate) fn new<R: Real>(components: &Components, [m, inv_m]: [&[R]; 2], block_size: usize) -> Self {
+        let rows = components.row_count();
+        let mut made = Self::default();
+        let (mut of_component, mut held) = (vec![None; components.count()], None);
+        for row in 0..rows {
+            let component = components.of_row(row);
+            let is_held = components.is_pinned(component);
+            let known = if is_held { &mut held } else { &mut of_component[component] };
+            let part = *known.get_or_insert_with(|| {
+                made.all.push(Part { is_held, ..Part::default() });
+                made.all.len() as u32 - 1
+            });
+            made.of_row.push(part);
+            if inv_m[row] > R::zero() {
+                let part = &mut made.all[part as usize];
+                part.mass += m[row].to_f64();
+                part.count += 1;
+            } else {
+                made.pins.push(row as u32);
+            }
+        }
+        for block in 0..block_count(rows, block_size) {
+            let first = block * block_size;
+            made.starts.push(made.of_piece.len() as u32);
+            let mut of_block = made.of_row[first..rows.min(first + block_size)].to_vec();
+            of_block.sort_unstable();
+            of_block.dedup();
+            made.of_piece.extend(of_block);
+        }
+        made.starts.push(made.of_piece.len() as u32);
+        made
+    }
+
+    /// What is known of each part.
+    pub(crate) fn all(&self) -> &[Part] {
+        &self.all
+    }
+
+    /// Whether some part is free of pins.
+    pub(crate) fn any_is_loose(&self) -> bool {
+        self.all.iter().any(|part| !part.is_held)
+    }
+
+    /// The rows that are pinned.
+    pub(crate) fn pins(&self) -> &[u32] {
+        &self.pins
+    }
+
+    /// The part of a row.
+    pub(crate) fn of_row(&self, row: usize) -> usize {
+        self.of_row[row] as usize
+    }
+
+    /// Where the pieces of each block begin, and one more.
+    pub(crate) fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// Where among the pieces of a block that of a row is.
+    pub(crate) fn piece_of(&self, block: usize, row: usize) -> usize {
+        let pieces = &self.of_piece[self.starts[block] as usize..self.starts[block + 1] as usize];
+        if pieces.len() == 1 { 0 } else { pieces.partition_point(|part| *part < self.of_row[row]) }
+    }
+
+    /// Adds up numbers of all pieces, part by part.
+    pub(crate) fn sum<const K: usize>(&self, pieces: &[[f64; K]], sums: &mut Vec<[f64; K]>) {
+        sums.clear();
+        sums.resize(self.all.len(), [0.0; K]);
+        for (part, piece) in self.of_piece.iter().zip(pieces) {
+            let sum = &mut sums[*part as usize];
+            sum.iter_mut().zip(piece).for_each(|(sum, number)| *sum += number);
+        }
+    }
+
+    /// The pieces of the blocks that a rank computes.
+    pub(crate) fn pieces_of(&self, share: &Share, rank: usize) -> std::ops::Range<usize> {
+        let blocks = share.blocks_of(rank);
+        self.starts[blocks.start] as usize..self.starts[blocks.end] as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Part, Parts};
+    use crate::cloth::network::Components;
+
+    #[test]
+    fn what_pins_hold_is_one_part_and_the_rest_are_components() {
+        // 0-2 loose, 1-3 held by the pin 3, 4 loose alone, 5-6 held by the pin 6.
+        let inv_m = [1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0];
+        let m = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+        let components = Components::new(7, &inv_m, [[0, 2], [1, 3], [5, 6]].into_iter());
+        let parts = Parts::new(&components, [&m, &inv_m], 4);
+        let part = |mass, count, is_held| Part { mass, count, is_held };
+        assert_eq!(parts.all(), [part(5.0, 2, false), part(34.0, 2, true), part(16.0, 1, false)]);
+        assert_eq!((parts.starts(), parts.pins()), (&[0, 2, 4][..], &[3, 6][..]));
+        let pieces: Vec<_> = (0..7).map(|row| parts.piece_of(row / 4, row)).collect();
+        assert_eq!(pieces, [0, 1, 0, 1, 1, 0, 0]);
+        let mut sums = Vec::new();
+        parts.sum(&[[1.0], [2.0], [4.0], [8.0]], &mut sums);
+        assert_eq!(sums, [[1.0], [6.0], [8.0]]);
+    }
+}
