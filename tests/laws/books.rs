@@ -11,7 +11,7 @@ use nappe_tests::at_random::{Frame, Run, World};
 
 use crate::{
     boost::tighten_snow,
-    law::{Law, Verdict},
+    law::{Law, Verdict, WORK},
 };
 
 pub(crate) const LAW: Law = Law { name: "books", judge };
@@ -49,7 +49,7 @@ fn judge(world: &World) -> Result<Verdict, String> {
     let mut world = world.clone();
     tighten_snow(&mut world);
     let world = &world;
-    let run = world.run()?;
+    let (_, run) = world.run_within(WORK)?;
     let wrong = diagnostics(world, &masses, &run)
         .or_else(|| momentum(world, &masses, &run))
         .or_else(|| energy(world, &run));

@@ -12,7 +12,7 @@ use nappe_sim::{
 };
 use nappe_tests::at_random::World;
 
-use crate::law::{Law, Verdict, alike, shaken, spread};
+use crate::law::{Law, Verdict, WORK, alike, shaken, spread};
 
 pub(crate) const LAW: Law = Law { name: "boost", judge };
 
@@ -32,11 +32,11 @@ fn judge(world: &World) -> Result<Verdict, String> {
 
 /// Whether a world does the same seen from a train with that velocity (m/s).
 pub(crate) fn compare(still: &World, train: [f64; 3]) -> Result<Verdict, String> {
-    let world = still;
-    let first = still.run()?;
-    let second = boosted(still, train).run()?;
+    // Keys and pins go on as long as the whole scene.
+    let (world, first) = still.run_within(WORK)?;
+    let second = World { steps: world.steps, ..boosted(still, train) }.run()?;
     let rounding = 1e-15 * (30.0 + world.size() / world.setup.dt);
-    let spread = spread(&first, &shaken(still, rounding).run()?);
+    let spread = spread(&first, &shaken(&world, rounding).run()?);
     let allowed = |step: usize| {
         ALLOWED * world.size() + SPREADS * spread.get(step).or(spread.last()).copied().unwrap_or_default()
     };

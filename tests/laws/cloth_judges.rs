@@ -6,6 +6,7 @@ use nappe_sim::{
     linalg::Stop,
     math::{Precision, array::dot},
     report::Diagnostics,
+    world::Change,
 };
 use nappe_tests::{
     Method, Random,
@@ -266,5 +267,32 @@ fn a_stiff_sheet_that_falls_ends_alike_with_a_stranger_and_without() {
             assert_eq!(a.x, b.x);
             assert!(a.report.diagnostics.total_energy() < 1.1 * start, "{dt} s");
         }
+    }
+}
+
+#[test]
+fn a_pin_arrives_in_time_whatever_another_body_takes_again() {
+    // The first body is stepped again and again; the pin belongs to the second one.
+    let mut network = particles(&[[3.0, 0.0, 0.0], [3.1, 0.0, 0.0]], 0.01);
+    network.springs = vec![spring([0, 1], 0.1, 10.0, 0.01)];
+    network.pins = vec![0];
+    let mut second = One::new(network, 0.02).certified();
+    second.settings.integrator = Integrator::VelocityVerlet;
+    let is_midpoint = |method: &Method| {
+        (method.integrator, method.minimizer) == (Integrator::ImplicitMidpoint, Minimizer::OneStep)
+    };
+    let first = shaken_sheet(5.0).by(implicit().find(is_midpoint).expect("the midpoint"));
+    let mut world = of(&first, 10);
+    let mut other = second.setup().bodies.remove(0);
+    other.name = "other".to_owned();
+    world.setup.bodies.push(other);
+    let target = [3.0, 0.4, 0.0];
+    world.changes = vec![Change::Pin { particle: 81, target, duration: 0.2 }];
+    let found = run(&world);
+    let again: usize = found.frames.iter().map(|frame| frame.report.rejections.len()).sum();
+    assert!(again > 3, "{again}");
+    for (step, frame) in found.frames.iter().enumerate() {
+        let off = (frame.x[81][1] - 0.04 * step as f64).abs();
+        assert!(off < 1e-12, "step {step}: {off:e} m off its way");
     }
 }

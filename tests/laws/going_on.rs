@@ -1,6 +1,9 @@
 //! A run that is copied on its way, and one that is reset: the same bits as one that goes on, or that begins.
 
-use nappe_sim::{report::StepReport, world::Change};
+use nappe_sim::{
+    report::StepReport,
+    world::{Change, Simulation},
+};
 use nappe_tests::at_random::{Frame, Run, World, go_on};
 
 use crate::law::{Law, Verdict, alike};
@@ -16,7 +19,7 @@ fn judge(world: &World) -> Result<Verdict, String> {
         return Ok(Verdict::Silent);
     }
     let mut copy = simulation.fork();
-    let rest = |simulation: &mut nappe_sim::world::Simulation, steps: u64| {
+    let rest = |simulation: &mut Simulation, steps: u64| {
         let mut run = Run { frames: vec![Frame::of(simulation, StepReport::default())], end: None };
         go_on(simulation, steps, &mut run);
         run
@@ -28,8 +31,23 @@ fn judge(world: &World) -> Result<Verdict, String> {
     if first.end.is_none() && simulation.state_hash() != copy.state_hash() {
         return Ok(Verdict::Broken("a copy has another hash".to_owned()));
     }
-    Ok(Verdict::Holds)
+    if depends_on_time(world) {
+        return Ok(Verdict::Holds);
+    }
+    simulation.apply(&[Change::Reset]).map_err(|error| error.to_string())?;
+    let mut again = rest(&mut simulation, half);
+    again.frames.remove(0);
+    Ok(match alike(&before, &again, |_| [0.0; 3], |_| 0.0) {
+        Verdict::Broken(why) => Verdict::Broken(format!("after a reset: {why}")),
+        verdict => verdict,
+    })
 }
 
-#[allow(dead_code, reason = "named in the page of laws")]
-const RESET: Option<Change> = None;
+/// Whether something in a world is another one at another time: a reset leaves time as it is.
+fn depends_on_time(world: &World) -> bool {
+    let setup = &world.setup;
+    let moves =
+        setup.colliders.iter().any(|collider| collider.way.is_some() || collider.velocity != [0.0; 3]);
+    let ends = setup.bodies.iter().flat_map(|body| &body.forces).any(|force| force.until.is_finite());
+    moves || ends || !setup.wind_at.is_empty() || !world.changes.is_empty()
+}

@@ -12,6 +12,9 @@ pub(crate) enum Verdict {
     Broken(String),
 }
 
+/// Work that a run of a law may take, see [`World::run_within`]: what goes on after it is left out.
+pub(crate) const WORK: u64 = 400_000;
+
 /// A law that no scene may break.
 pub(crate) struct Law {
     pub(crate) name: &'static str,

@@ -36,8 +36,7 @@ const LAWS: [Law; 9] = [
 ];
 
 /// Seeds that break a law that is known to be broken: a test fails once one of them begins to hold.
-const KNOWN: [(&str, u64); 6] =
-    [("boost", 35), ("boost", 36), ("boost", 282), ("boost", 287), ("halves", 258), ("order", 287)];
+const KNOWN: [(&str, u64); 1] = [("halves", 258)];
 
 /// Seeds where nobody asks for more.
 const SEEDS: u64 = 300;
@@ -115,7 +114,11 @@ fn scenes_at_random_keep_every_law() {
                     if seed >= first + count {
                         break;
                     }
+                    let began = Instant::now();
                     let (broken, is_refused) = ask(seed, only.as_deref());
+                    if env::var_os("NAPPE_LAWS_SLOW").is_some() && began.elapsed() > Duration::from_secs(1) {
+                        eprintln!("seed {seed} takes {:.1?}", began.elapsed());
+                    }
                     let mut found = found.lock().expect("no other one panicked");
                     found.0.extend(broken);
                     found.1 += 1;

@@ -9,7 +9,7 @@ use nappe_sim::{
 };
 use nappe_tests::at_random::World;
 
-use crate::law::{Law, Verdict};
+use crate::law::{Law, Verdict, WORK};
 
 pub(crate) const LAW: Law = Law { name: "smooth", judge };
 
@@ -24,7 +24,7 @@ fn judge(world: &World) -> Result<Verdict, String> {
             collider.contact = Contact::Separating;
         }
     });
-    let run = smooth.run()?;
+    let (_, run) = smooth.run_within(WORK)?;
     let share = if world.precision == Precision::F64 { 1e-9 } else { 1e-3 };
     let is_alone = smooth.setup.colliders.len() == 1;
     let reach = smooth.setup.snow.as_ref().map_or(0.0, |snow| 3.0 * snow.settings.cell);

@@ -17,7 +17,7 @@ use nappe_tests::at_random::{Run, World};
 
 use crate::{
     boost::tight,
-    law::{Law, Verdict, alike, shaken, spread},
+    law::{Law, Verdict, WORK, alike, shaken, spread},
 };
 
 pub(crate) const LAW: Law = Law { name: "turn", judge };
@@ -63,7 +63,7 @@ fn judge(world: &World) -> Result<Verdict, String> {
     for body in &mut first.setup.bodies {
         body.settings.solver.stop = Stop::Residual { tolerance: 1e-13, max_iterations: 4000 };
     }
-    let run = first.run()?;
+    let (first, run) = first.run_within(WORK)?;
     let rounding = 1e-15 * (1.0 + world.size() / world.setup.dt);
     let spread = spread(&run, &shaken(&first, rounding).run()?);
     let allowed = |step: usize| {

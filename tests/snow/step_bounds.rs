@@ -142,6 +142,15 @@ fn a_fast_collider_bounds_the_step_to_half_a_cell() {
 }
 
 #[test]
+fn a_fast_collider_that_cannot_come_near_bounds_nothing() {
+    let mut scene = cube(elastic(1.0, 0.2));
+    let alone = bound(&mut scene.simulate(Precision::F64));
+    let floor = plane([0.0, -50.0, 0.0], [0.0, 1.0, 0.0], Contact::Sticky, 0.0);
+    scene.colliders = vec![Collider { velocity: [0.0, -30.0, 40.0], ..floor }];
+    assert_eq!(bound(&mut scene.simulate(Precision::F64)), alone);
+}
+
+#[test]
 fn a_fast_collider_thinner_than_a_cell_bounds_the_step_to_half_of_its_thickness() {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let blade = |half: f64| Cuboid { center: [-4.0 * H, 0.0, 0.0], half_extent: [half, 1.0, 2.0], axes };

@@ -12,7 +12,7 @@ use crate::Random;
 pub fn of_seed(seed: u64) -> Case {
     let random = &mut Random::seeded(seed);
     let dt = random.decades(1e-4, 5e-2);
-    let steps = random.decades(3.0, 60.0) as u64;
+    let steps = random.decades(2.0, 60.0) as u64;
     let precision = random.pick(&[Precision::F64, Precision::F64, Precision::F32]);
     let mut scene = Scene { dt, steps, precision, title: format!("seed {seed}"), ..Scene::default() };
     scene.gravity = match random.whole(0, 3) {

@@ -79,13 +79,33 @@ impl World {
     /// See [`Self::begin`].
     pub fn run(&self) -> Result<Run, String> {
         let mut simulation = self.begin()?;
-        let frames = vec![Frame::of(
-            &simulation,
-            StepReport { diagnostics: simulation.diagnose(), ..StepReport::default() },
-        )];
-        let mut run = Run { frames, end: None };
+        let report = StepReport { diagnostics: simulation.diagnose(), ..StepReport::default() };
+        let mut run = Run { frames: vec![Frame::of(&simulation, report)], end: None };
         go_on(&mut simulation, self.steps, &mut run);
         Ok(run)
+    }
+
+    /// Runs it as far as so much work goes: evaluations of forces and products with matrices, each of as many as there are particles. Returns
+    /// the world of so many steps with it.
+    ///
+    /// # Errors
+    /// See [`Self::begin`].
+    pub fn run_within(&self, work: u64) -> Result<(Self, Run), String> {
+        let mut simulation = self.begin()?;
+        let report = StepReport { diagnostics: simulation.diagnose(), ..StepReport::default() };
+        let mut run = Run { frames: vec![Frame::of(&simulation, report)], end: None };
+        let (mut left, mut steps) = (work / simulation.particle_count() as u64, self.steps);
+        for step in 0..self.steps {
+            go_on(&mut simulation, 1, &mut run);
+            let Some(frame) = run.frames.last().filter(|_| run.end.is_none()) else { break };
+            let spent = frame.report.work.force_evaluations + frame.report.work.matrix_products;
+            left = left.saturating_sub(spent);
+            if left == 0 {
+                steps = step + 1;
+                break;
+            }
+        }
+        Ok((Self { steps, ..self.clone() }, run))
     }
 
     /// Length of the run (s).

@@ -27,7 +27,8 @@ impl<R: Real> Stepping<'_, R> {
             self.look_at_parts();
         }
         let met = self.touch(time, watch)?;
-        if self.settings.integrator == Integrator::SymplecticEuler {
+        self.work.start.impulse = met.carried.impulse;
+        if self.settings.integrator == Integrator::SymplecticEuler && self.model.parts.all().len() > 1 {
             self.work.start.fall = self.fall();
         }
         let parts = self.model.parts.all();
@@ -41,10 +42,9 @@ impl<R: Real> Stepping<'_, R> {
         self.work.met = met;
         self.work.start.own += given;
         if let Some(allowed) = self.work.allowed.as_mut().filter(|_| met.touched > 0) {
-            // What rests gives the medium nothing.
-            let given = allowed.given.max(0.0) + given;
-            allowed.limit += given - allowed.given;
-            allowed.given = given;
+            let given = given + allowed.at_rest;
+            allowed.limit += given;
+            allowed.given += given;
         }
         // What keeps surfaces apart takes part in a contact with a solid, and is not told apart where that moves.
         let is_driven = self.model.thick_surface().is_some()
@@ -71,20 +71,14 @@ impl<R: Real> Stepping<'_, R> {
         }
     }
 
-    /// What symplectic Euler makes of the fall of what no pin holds (J), which is moved by its velocity at the end of the sub-step in place
-    /// of the mean: - h g.(P' - P) / 2.
+    /// What symplectic Euler makes of the fall of several parts that no pin holds (J): each is moved by its velocity at the end of the
+    /// sub-step in place of the mean, - h g.(P' - P) / 2.
     fn fall(&self) -> f64 {
         let Workspace { numbers, common, of_parts, .. } = &*self.work;
         let (gravity, h) = (numbers.gravity.map(R::to_f64), numbers.dt);
-        let gained: Vec3<f64> = match self.model.parts.all() {
-            [part] if part.is_held => return 0.0,
-            [part] => gravity * (part.mass * h),
-            parts => {
-                let loose = parts.iter().zip(&of_parts.sums).zip(&common.momenta);
-                let loose = loose.filter(|((part, _), _)| !part.is_held);
-                loose.map(|((_, sums), momentum)| momentum - sums.before()).sum()
-            }
-        };
+        let loose = self.model.parts.all().iter().zip(&of_parts.sums).zip(&common.momenta);
+        let loose = loose.filter(|((part, _), _)| !part.is_held);
+        let gained: Vec3<f64> = loose.map(|((_, sums), momentum)| momentum - sums.before()).sum();
         -0.5 * h * gravity.dot(&gained)
     }
 

@@ -116,6 +116,11 @@ impl<R: Real> Stepping<'_, R> {
         }
     }
 
+    /// Begins a sub-step that is tried, to which [`Self::abandon`] returns.
+    pub(crate) fn begin_substep(&mut self) {
+        self.work.begin_substep(self.state);
+    }
+
     /// Computes where a sub-step of `dt` (s), which ends at `time` (s), leads, judges it, and lets it meet colliders. Pins are
     /// aimed; no other particle has moved.
     pub(crate) fn attempt(
@@ -136,7 +141,6 @@ impl<R: Real> Stepping<'_, R> {
         [dt, time]: [f64; 2],
         watch: &mut dyn Stopwatch,
     ) -> Result<Option<Allowance>, StepFailure> {
-        self.work.begin_substep(self.state);
         self.refresh(dt);
         let asked = self.settings.time_step.asked(self.around.dt);
         if self.state.aim_pins(&self.model.share, asked, dt / asked) {
@@ -149,7 +153,7 @@ impl<R: Real> Stepping<'_, R> {
 
         let before = Before::of(&self.work.evaluation);
         let (integrator, dt) = (self.settings.integrator, self.work.numbers.dt);
-        self.work.start = start_of(&self.work.evaluation, integrator, dt);
+        self.work.start = start_of(self.model, &self.work.evaluation, integrator, dt);
         self.work.make_room(self.state);
         let Self { model, settings, around, .. } = *self;
         let work = &mut *self.work;

@@ -93,8 +93,8 @@ impl Met {
         let mut all = Self::default();
         let told = [touched, inside, passed, particle.into(), collider.into(), held, pinched.into()];
         let sums = |block: &Self| {
-            let [push, x, y, z, work] = block.carried.numbers();
-            [block.swing, push, x, y, z, work]
+            let [push, x, y, z, work, px, py, pz] = block.carried.numbers();
+            [block.swing, push, x, y, z, work, px, py, pz]
         };
         let [swing, carried @ ..] = share.sum_and_tell(
             blocks,

@@ -198,21 +198,24 @@ pub(crate) struct Carried {
     pub(crate) along: [f64; 3],
     /// Impulses times velocities of surfaces: what the motion of colliders gave (J).
     pub(crate) work: f64,
+    /// All impulses together (N s).
+    pub(crate) impulse: [f64; 3],
 }
 
 impl Carried {
     /// The same with what others touch.
     pub(crate) fn and(self, other: Self) -> Self {
-        Self::of([0, 1, 2, 3, 4].map(|i| self.numbers()[i] + other.numbers()[i]))
+        let [mine, others] = [self, other].map(|carried| carried.numbers());
+        Self::of(std::array::from_fn(|i| mine[i] + others[i]))
     }
 
-    pub(crate) fn numbers(&self) -> [f64; 5] {
-        let [x, y, z] = self.along;
-        [self.push, x, y, z, self.work]
+    pub(crate) fn numbers(&self) -> [f64; 8] {
+        let ([x, y, z], [px, py, pz]) = (self.along, self.impulse);
+        [self.push, x, y, z, self.work, px, py, pz]
     }
 
-    pub(crate) fn of([push, x, y, z, work]: [f64; 5]) -> Self {
-        Self { push, along: [x, y, z], work }
+    pub(crate) fn of([push, x, y, z, work, impulse @ ..]: [f64; 8]) -> Self {
+        Self { push, along: [x, y, z], work, impulse }
     }
 
     /// The velocity (m/s) of the surfaces; that of none is 0.
@@ -257,7 +260,8 @@ impl<'a> Giving<'a> {
     ) {
         let given = array3(&(change / self.inv_m));
         let push = length(given);
-        let carried = Carried { push, along: moving.map(|c| push * c), work: dot(given, moving) };
+        let along = moving.map(|c| push * c);
+        let carried = Carried { push, along, work: dot(given, moving), impulse: given };
         self.carried = self.carried.and(carried);
         let number = self.colliders.iter().position(|other| std::ptr::eq(other, collider));
         let Some(felt) = self.felt.get_mut(number.unwrap_or(usize::MAX)) else { return };
@@ -329,7 +333,9 @@ mod tests {
                 (&Vec3::zeros(), [0.0, 7.0, 0.0]),
             );
         }
-        assert_eq!(giving.carried(), Carried { push: 3.25, along: [0.0, 22.75, 0.0], work: 22.75 });
+        let carried =
+            Carried { push: 3.25, along: [0.0, 22.75, 0.0], work: 22.75, impulse: [0.0, 3.25, 0.0] };
+        assert_eq!(giving.carried(), carried);
         assert_eq!(felt.map(|felt| felt.contacts), [2, 2]);
         assert_eq!(felt.map(|felt| felt.impulse[1]), [-0.75, -2.5]);
         assert_eq!(felt.map(|felt| felt.moment), [[0.0; 3], [0.0, 0.0, 2.5]]);

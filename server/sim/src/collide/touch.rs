@@ -5,8 +5,6 @@
 use super::{Collider, facing::Facing, flight::Flight};
 use crate::math::{Vec3, array3, vec3};
 
-/// Roundings of velocities that are taken to be the same.
-const ROUNDINGS: f64 = 8.0;
 /// Changes of the velocity of a surface that turns, from a sub-step to the next, by which what rests on it may differ from it.
 const FOLLOWS: f64 = 2.0;
 
@@ -64,11 +62,9 @@ impl Touch<'_> {
             end.v += by;
             let slowing = by - normal * approach;
             if slowing.norm_squared() > 0.0 {
-                let left = (end.v - moving).norm();
-                let turning = collider.turning(array3(&flight.x), self.end_time - flight.left);
-                // What goes round is slowed by little beside its velocity, which is rounded.
-                let is_round = turning > 0.0 && left <= ROUNDINGS * f64::EPSILON * (moving.norm() + approach);
-                let rests = is_round || left <= f64::EPSILON * slowing.norm();
+                // By friction, and not by what is left: that is rounded, the more the faster all of it goes.
+                let sliding = relative + normal * approach;
+                let rests = collider.friction * approach >= sliding.norm();
                 let rub = Rub { collider, normal: *normal, slowing, pushed: approach, rests, felt };
                 rub.slow(flight, |v| v - normal * v.dot(normal), end);
                 let (distance, here) = collider.distance(array3(&end.x), self.end_time);

@@ -159,6 +159,8 @@ fn attempt<R: Real>(
     dt_and_end: [f64; 2],
     watch: &mut dyn Stopwatch,
 ) -> Result<Option<f64>, Failure> {
+    // Of all before any: who fails has all of them return.
+    cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).begin_substep());
     let mut largest = None;
     for (index, cloth) in cloths(bodies) {
         cloth.stepping(around).attempt(dt_and_end, watch).map_err(|failure| (index, failure))?;

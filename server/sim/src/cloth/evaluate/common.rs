@@ -254,6 +254,12 @@ pub(crate) struct Common {
     pub(crate) descent: f64,
     /// Energy (J) that common motion gains beside what the medium gives it.
     pub(crate) carried: f64,
+    /// What the medium and given forces give common motion (W).
+    pub(crate) pushed: f64,
+    /// Kinetic energy (J) of what common motion changes by, of parts that no pin holds.
+    pub(crate) fallen: f64,
+    /// What a method loses of a fall (J): its positions feel another velocity than the mean.
+    pub(crate) lost: f64,
     /// Kinetic energy (J) of common motion at the start and at the end.
     pub(crate) kinetic: [f64; 2],
     /// Mean velocity (m/s) of the pins.
@@ -297,6 +303,18 @@ impl Common {
         let (parts, pins) = (model.parts.all(), Self::pins(model, sums));
         self.descent = parts.iter().zip(sums).map(|(part, sums)| sums.descent(part, numbers, pins)).sum();
         self.carried = parts.iter().zip(sums).map(|(part, sums)| sums.carried(part, numbers, pins)).sum();
+        let loose = parts.iter().zip(sums).filter(|(part, _)| !part.is_held);
+        let fallen = |(part, sums): (&Part, &Sums)| {
+            let (before, end) = (sums.before(), sums.end(numbers));
+            let lost = (sums.after() - (before + end) * 0.5).dot(&(end - before)) / part.mass;
+            [0.5 * (sums.after() - sums.vector(Vector::Base)).norm_squared() / part.mass, lost.max(0.0)]
+        };
+        [self.fallen, self.lost] =
+            loose.map(fallen).fold([0.0; 2], |[a, b], [fallen, lost]| [a + fallen, b + lost]);
+        let pushed = |(part, sums): (&Part, &Sums)| {
+            Self::frame(part, sums.after(), pins).dot(&sums.vector(Vector::Push))
+        };
+        self.pushed = parts.iter().zip(sums).map(pushed).sum();
         let before = Self::kinetic(parts, sums.iter().map(Sums::before), pins);
         self.momenta.extend(sums.iter().map(|sums| sums.end(numbers)));
         let after = Self::kinetic(parts, self.momenta.iter().copied(), pins);

@@ -14,8 +14,10 @@ pub(crate) struct Start {
     pub(crate) last_kick: Total,
     /// The inverse of the longest step (1/s), of explicit steps with a bound.
     pub(crate) rate: f64,
-    /// What symplectic Euler makes of the fall of what no pin holds (J): positions feel the velocity after it.
+    /// What symplectic Euler makes of the fall of several parts that no pin holds (J): positions feel the velocity after it.
     pub(crate) fall: f64,
+    /// What contacts gave (N s).
+    pub(crate) impulse: [f64; 3],
     /// What the medium, given forces and colliders add (J) in the sub-step, and what the method adds to a fall, by its
     /// definition.
     pub(crate) own: f64,
@@ -26,6 +28,8 @@ pub(crate) struct Start {
 pub(crate) struct Allowance {
     /// What pins, the medium and colliders gave, and rounding (J).
     pub(crate) given: f64,
+    /// What the medium takes and what a method loses of a fall (J): what comes to rest on a surface loses neither.
+    pub(crate) at_rest: f64,
     /// By how much the energy rises before contacts, at least by what was given (J).
     pub(crate) limit: f64,
     /// Whether what it gains without a contact is owed too.

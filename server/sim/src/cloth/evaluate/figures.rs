@@ -18,7 +18,7 @@ pub(crate) struct Partial {
 }
 
 /// Sums that a block makes.
-pub(crate) const SUMS: usize = 15;
+pub(crate) const SUMS: usize = 18;
 
 /// Sums over all blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,8 +35,8 @@ pub(crate) struct Total {
     pin_work: f64,
     /// What springs and elements push all pins with (N); with a matrix times h (N s).
     pin_push: [f64; 3],
-    /// Of an explicit step with a bound: m a.v (W) and m |a|² (J/s²).
-    pub(crate) swings: [f64; 2],
+    /// Of an explicit step with a bound: m a.v (W), m |a|² (J/s²) and m a (N).
+    pub(crate) swings: [f64; 5],
 }
 
 impl Total {
@@ -121,8 +121,8 @@ pub(crate) struct Figures<W> {
     /// Rows of pins times their velocities, and their sum.
     pins: W,
     pin_push: [W; 3],
-    /// Of an explicit step with a bound: m a.v and m |a|².
-    swings: [W; 2],
+    /// Of an explicit step with a bound: m a.v, m |a|² and m a.
+    swings: [W; 5],
     /// Of a step from the state: h F.v of gravity and medium.
     straight: W,
     largest_coordinate: W,
@@ -144,7 +144,7 @@ impl<W: Pack<Number = f64>> Figures<W> {
             all: zero,
             pins: zero,
             pin_push: [zero; 3],
-            swings: [zero; 2],
+            swings: [zero; 5],
             straight: zero,
             largest_coordinate: zero,
             checksum: zero,
@@ -200,6 +200,9 @@ impl<W: Pack<Number = f64>> Figures<W> {
         self.pins += push - push.where_positive(inv_m);
         self.swings[0] += m * dot(a, v);
         self.swings[1] += m * dot(a, a);
+        for c in 0..3 {
+            self.swings[2 + c] += m * a[c];
+        }
     }
 
     /// Adds what springs and elements push pins among sixteen particles with.
@@ -218,10 +221,11 @@ impl<W: Pack<Number = f64>> Figures<W> {
         let [kinetic, gravitational, checksum] = [self.kinetic, self.gravitational, self.checksum].map(total);
         let [all, pins, own] = [self.all, self.pins, self.straight].map(total);
         let [push_x, push_y, push_z] = self.pin_push.map(total);
-        let [along, square] = self.swings.map(total);
+        let [along, square, ax, ay, az] = self.swings.map(total);
         let straight = own + straight;
         let energies = [kinetic, elastic, gravitational];
-        let others = [px, py, pz, all, straight, pins, checksum, push_x, push_y, push_z, along, square];
+        let others =
+            [px, py, pz, all, straight, pins, checksum, push_x, push_y, push_z, along, square, ax, ay, az];
         let mut sums = [0.0; SUMS];
         sums[..3].copy_from_slice(&energies);
         sums[3..].copy_from_slice(&others);

@@ -34,6 +34,9 @@ const HALVINGS: u32 = 20;
 /// Solves of a step by one of which a change has to be taken whole: half of a change is half of a momentum.
 const WHOLE_WITHIN: u32 = 8;
 
+/// Share of the kinetic energy that forces from outside give a part as a whole, by which a number of sweeps may miss the minimum.
+const SWEEPS: f64 = 0.1;
+
 /// How often a step may leave a saddle.
 const SADDLES: u32 = 4;
 
@@ -263,8 +266,13 @@ impl<R: Real> Search<'_, '_, R> {
         let lift = self.step.balance_iterate();
         let pins = |iterate: &Iterate| iterate.total.pin_work_from(self.step.work.common.pins).max(0.0);
         let pin_work = pins(&first) + pins(&last);
-        let found =
-            Found::Iterate { inertia, potential: last.total.potential() + lift.unwrap_or(0.0), pin_work };
+        let left = if self.settings.has_sweeps() { SWEEPS * self.step.work.common.fallen } else { 0.0 };
+        let found = Found::Iterate {
+            inertia,
+            potential: last.total.potential() + lift.unwrap_or(0.0),
+            pin_work,
+            left,
+        };
         let scale = self.step.finish_iterate(self.settings);
         if lift.is_some() {
             self.step.work.know_nothing();

@@ -74,6 +74,8 @@ pub(crate) enum Found {
         potential: f64,
         /// Work of pins on their way, by the forces at the first and the last iterate (J).
         pin_work: f64,
+        /// What a fixed number of sweeps may leave over of what acts on the whole (J): 0 of what ends by a tolerance.
+        left: f64,
     },
 }
 
@@ -114,7 +116,7 @@ pub(crate) fn accept<R: Real>(
     let (inertia, potential, pins) = match after.found {
         Found::End => (old.kinetic_energy, new.potential(), pins(new.pin_work_from(common.pins))),
         Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
-        Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pin_work),
+        Found::Iterate { inertia, potential, pin_work, .. } => (inertia, potential, pin_work),
     };
     let medium = numbers.scheme.h * (0.5 * own - along);
     let PairEnergy { start, at_velocity, end, is_driven, has_any } = after.pairs;
@@ -129,13 +131,18 @@ pub(crate) fn accept<R: Real>(
     let rounding = rounding(model, numbers, old, before.largest_coordinate)
         + rounding(model, numbers, new, after.evaluation.largest_coordinate)
         + WHOLE_ROUNDINGS * f64::EPSILON * (common.descent.abs() + common.kinetic[0] + common.kinetic[1]);
+    let left = match after.found {
+        Found::Iterate { left, .. } => left,
+        Found::End | Found::Middle { .. } => 0.0,
+    };
     let particle = || risen_most(model, numbers, after.states);
-    if fall < SHARE * predicted - rounding {
+    if fall < SHARE * predicted - rounding - left {
         return Err(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
     }
 
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
-    let given = numbers.dt * (along - own) + numbers.dt / numbers.scheme.h * pins + common.carried;
+    let medium = numbers.dt * (along - own);
+    let given = medium + numbers.dt / numbers.scheme.h * pins + common.carried;
     let share = match after.found {
         Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
         Found::Middle { .. } => MIDDLE_SHARE,
@@ -151,10 +158,12 @@ pub(crate) fn accept<R: Real>(
     };
     // What pairs give back of the thickness is theirs.
     let given = given + (start - end).max(0.0);
-    let limit = given + (share * predicted.max(0.0)).min(room) + rounding;
+    let limit = given + (share * predicted.max(0.0)).min(room) + rounding + left;
     if gain > limit && !is_driven {
         return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
     }
     let owes = matches!(after.found, Found::Middle { .. }) || has_any && !is_driven;
-    Ok(Allowance { given: given + rounding, limit: gain.max(given) + rounding, owes, totals: [*old, *new] })
+    let limit = gain.max(given) + rounding;
+    let at_rest = common.lost - (medium - numbers.dt * common.pushed).min(0.0);
+    Ok(Allowance { given: given + rounding, at_rest, limit, owes, totals: [*old, *new] })
 }

@@ -44,10 +44,16 @@ mod tests {
 
     #[test]
     fn what_contacts_give_is_owed_until_it_is_lost() {
-        let mut sums = [0.0; 15];
+        let mut sums = [0.0; 18];
         (sums[0], sums[3]) = (8.0, 8.0);
         let moving = Total::of(sums);
-        let allowed = Allowance { given: 0.5, limit: 0.5, owes: false, totals: [Total::default(), moving] };
+        let allowed = Allowance {
+            given: 0.5,
+            at_rest: 0.0,
+            limit: 0.5,
+            owes: false,
+            totals: [Total::default(), moving],
+        };
         let gained = owed(1.0, 2.5, &allowed, Judged::Yes);
         assert_eq!(gained, 3.0);
         assert_eq!(owed(gained, 2.5, &allowed, Judged::No), 3.0);

@@ -23,9 +23,14 @@ use crate::{
 const FLOOR: f64 = 64.0;
 
 /// What is known of a state that was evaluated, and that a sub-step of `dt` (s) starts from.
-pub(crate) fn start_of<R: Real>(evaluation: &Evaluation<R>, integrator: Integrator, dt: f64) -> Start {
+pub(crate) fn start_of<R: Real>(
+    model: &Model<R>,
+    evaluation: &Evaluation<R>,
+    integrator: Integrator,
+    dt: f64,
+) -> Start {
     let total = &evaluation.total;
-    let kept = kept(total, integrator, dt);
+    let kept = kept(model, total, integrator, dt);
     Start {
         energy: total.energy(),
         kept,
@@ -33,18 +38,44 @@ pub(crate) fn start_of<R: Real>(evaluation: &Evaluation<R>, integrator: Integrat
         last_kick: *total,
         rate: evaluation.bound.rate,
         fall: 0.0,
+        impulse: [0.0; 3],
         own: 0.0,
     }
 }
 
-/// What a method keeps of linear motion by steps of `dt` (s), less the energy (J).
-fn kept(total: &Total, integrator: Integrator, dt: f64) -> f64 {
-    let [along, square] = total.swings;
+/// What a method keeps of linear motion by steps of `dt` (s), less the energy (J); of a cloth that no pin holds of its inner motion.
+fn kept<R: Real>(model: &Model<R>, total: &Total, integrator: Integrator, dt: f64) -> f64 {
+    let [mut along, mut square, pushed @ ..] = total.swings;
+    if model.is_loose() {
+        let [momentum, pushed] = [total.momentum, pushed].map(Vec3::from);
+        along -= momentum.dot(&pushed) / model.free_mass;
+        square -= pushed.norm_squared() / model.free_mass;
+    }
     match integrator {
         Integrator::SymplecticEuler => 0.5 * dt * along,
         Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted => -0.125 * dt * dt * square,
         _ => 0.0,
     }
+}
+
+/// What a method makes of the fall of a cloth that no pin holds (J): positions feel another velocity than the mean, by which gravity does work.
+fn fall<R: Real>(
+    (model, numbers, integrator): (&Model<R>, &StepNumbers<R>, Integrator),
+    start: &Start,
+    end: &Total,
+) -> f64 {
+    let (h, gravity) = (numbers.dt, numbers.gravity.map(R::to_f64));
+    let [before, after] = [start.total.momentum, end.momentum].map(Vec3::from);
+    let [_, _, pushed @ ..] = start.total.swings;
+    let moving = match integrator {
+        _ if !model.is_loose() => return start.fall,
+        Integrator::SymplecticEuler => after,
+        Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted => {
+            before + Vec3::from(pushed) * (0.5 * h)
+        }
+        _ => return 0.0,
+    };
+    h * gravity.dot(&((before + after) * 0.5 - moving))
 }
 
 /// What was gained after a sub-step, seen from the mean velocity of pins (m/s), after which so much energy moves and is stretched (J). What
@@ -58,7 +89,10 @@ pub(crate) fn gained<R: Real>(
     (pins, moved): (Vec3<f64>, f64),
     judged: Judged,
 ) -> Gain {
-    let Start { energy, kept, rate, .. } = start_of(end, integrator, numbers.dt);
+    let Start { energy, kept, rate, .. } = start_of(model, end, integrator, numbers.dt);
+    // What a surface stops gets back what its method lost in the fall.
+    let is_free = start.impulse == [0.0; 3];
+    let fall = if is_free { fall((model, numbers, integrator), start, &end.total) } else { 0.0 };
     let dt = numbers.dt;
     let [first, last] = [&start.total, &end.total];
     let beside = [first, last].map(|total| total.pin_work_from(pins).max(0.0));
@@ -69,8 +103,8 @@ pub(crate) fn gained<R: Real>(
     let counted = |gain: f64| if judged == Judged::Yes { gain } else { gain.min(0.0) };
     let ratio = dt * start.rate.max(rate);
     let after = Gain {
-        energy: before.energy + counted(gain - start.fall),
-        kept: before.kept + counted(gain + kept - start.kept),
+        energy: before.energy + counted(gain - fall),
+        kept: before.kept + counted(gain + kept - start.kept - if model.is_loose() { fall } else { 0.0 }),
         ratio: before.ratio.max(ratio.min(1.0)),
         motion: before.motion,
     };
