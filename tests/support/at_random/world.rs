@@ -60,7 +60,7 @@ impl Run {
 }
 
 impl World {
-    /// Begins it.
+    /// Its simulation before the first step, with the changes made.
     ///
     /// # Errors
     /// What is refused, in words.

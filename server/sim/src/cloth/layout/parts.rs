@@ -8,6 +8,10 @@ use crate::{
     parallel::{Share, block_count},
 };
 
+/// Pieces of which parts are told apart: so many per block, and so many beside.
+const MOST_PER_BLOCK: usize = 2;
+const MOST_BESIDE: usize = 1024;
+
 /// The parts of a model, in the order of their first rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parts {
@@ -33,15 +37,31 @@ pub(crate) struct Part {
 }
 
 impl Parts {
-    /// From the components of a model, masses of its rows (kg) and their inverses, 0 for pins.
-    pub(crate) fn new<R: Real>(components: &Components, [m, inv_m]: [&[R]; 2], block_size: usize) -> Self {
+    /// From the components of a model, masses of its rows (kg) and their inverses, 0 for pins. Where there are very many, what no pin holds is
+    /// one part: what parts take does not grow with their number.
+    pub(crate) fn new<R: Real>(components: &Components, masses: [&[R]; 2], block_size: usize) -> Self {
+        let most = MOST_PER_BLOCK * block_count(components.row_count(), block_size) + MOST_BESIDE;
+        let each = Self::of(components, masses, block_size, |component| component);
+        if each.of_piece.len() <= most {
+            return each;
+        }
+        Self::of(components, masses, block_size, |_| 0)
+    }
+
+    /// The same with loose components as one that have the same number.
+    fn of<R: Real>(
+        components: &Components,
+        [m, inv_m]: [&[R]; 2],
+        block_size: usize,
+        number: impl Fn(usize) -> usize,
+    ) -> Self {
         let rows = components.row_count();
         let mut made = Self::default();
         let (mut of_component, mut held) = (vec![None; components.count()], None);
         for row in 0..rows {
             let component = components.of_row(row);
             let is_held = components.is_pinned(component);
-            let known = if is_held { &mut held } else { &mut of_component[component] };
+            let known = if is_held { &mut held } else { &mut of_component[number(component)] };
             let part = *known.get_or_insert_with(|| {
                 made.all.push(Part { is_held, ..Part::default() });
                 made.all.len() as u32 - 1
@@ -117,7 +137,7 @@ impl Parts {
 
 #[cfg(test)]
 mod tests {
-    use super::{Part, Parts};
+    use super::{MOST_BESIDE, MOST_PER_BLOCK, Part, Parts};
     use crate::cloth::network::Components;
 
     #[test]
@@ -135,5 +155,18 @@ mod tests {
         let mut sums = Vec::new();
         parts.sum(&[[1.0], [2.0], [4.0], [8.0]], &mut sums);
         assert_eq!(sums, [[1.0], [6.0], [8.0]]);
+    }
+
+    #[test]
+    fn a_swarm_is_one_part_and_takes_no_more_than_a_sheet() {
+        for (count, parts) in [(MOST_BESIDE, MOST_BESIDE), (MOST_BESIDE + 900, 1)] {
+            let masses = vec![1.0; count];
+            let components = Components::new(count, &masses, std::iter::empty());
+            let made = Parts::new(&components, [&masses, &masses], 256);
+            assert_eq!(made.all().len(), parts, "{count} particles");
+            assert_eq!(made.all().iter().map(|part| part.count).sum::<u32>(), count as u32);
+            let most = MOST_PER_BLOCK * count.div_ceil(256) + MOST_BESIDE;
+            assert!(made.of_piece.len() <= most, "{count} particles");
+        }
     }
 }
