@@ -1,6 +1,11 @@
 //! A few particles, which one rule each of the contact of cloth keeps where they belong.
 
-use nappe_sim::{cloth::Network, linalg::Stop, math::Precision, world::Change};
+use nappe_sim::{
+    cloth::{Network, SurfaceSettings},
+    linalg::Stop,
+    math::Precision,
+    world::Change,
+};
 use nappe_tests::{
     Scene,
     networks::{particles, spring},
@@ -107,7 +112,7 @@ fn spike([x, y, z]: [f64; 3]) -> Network {
 }
 
 #[test]
-fn a_pair_that_was_dropped_and_pushes_again_is_not_dropped_a_second_time() {
+fn pairs_that_take_turns_at_pushing_settle_and_none_pulls_what_it_should_push() {
     let side = 0.06;
     let mut plate = triangle([[0.0; 3], [side, 0.0, 0.0], [0.0, 0.0, side]]);
     plate.masses = vec![2e-3, 1e-4, 5e-4];
@@ -123,18 +128,19 @@ fn a_pair_that_was_dropped_and_pushes_again_is_not_dropped_a_second_time() {
     let mut scene = weightless(together(&parts));
     scene.settings.solver.stop = Stop::Residual { tolerance: 1e-13, max_iterations: 3000 };
 
-    // The second spike is dropped after the first solve, falls short in the second one, and pulls a little in the third.
-    // If it were dropped again the plate would turn onto it.
+    // The second spike and the last one take turns: whichever pushes makes the other one pull. A pair that is left to pull presses the plate
+    // onto the others, by seven times the energy that it has.
     let mut simulation = scene.simulate(Precision::F64);
+    let start = simulation.diagnose().total_energy();
     let report = advance(&mut simulation, 1);
-    let told = report.surface.expect("it has a thickness");
-    assert_eq!([told.pairs, told.active, u64::from(told.rounds)], [4, 3, 3], "{told:?}");
     assert_eq!(report.cloth.expect("there is cloth").rejected, 0);
-    let x = positions(&simulation);
-    for (x, share) in x.iter().zip([0.0306, -0.1895, 0.0497]) {
-        let way = share * THICKNESS;
-        assert!((x[1] - way).abs() < 1e-3 * THICKNESS, "{x:?}, not {way} m up");
-    }
+    let told = report.surface.expect("it has a thickness");
+    assert!(told.least_gap > 0.6 * THICKNESS, "{told:?}");
+    // What is given back of the thickness goes at its own pace.
+    let mass: f64 = scene.network.masses[..3].iter().sum();
+    let given = 0.5 * mass * SurfaceSettings::DEFAULT_RECOVERY.powi(2);
+    let energy = simulation.diagnose().total_energy();
+    assert!(energy < start + given, "{energy} J after {start} J");
 }
 
 #[test]
@@ -148,10 +154,10 @@ fn a_corner_between_pins_does_not_fly_off_to_give_back_what_only_they_could() {
     for precision in Precision::ALL {
         let mut simulation = scene.simulate(precision);
         let told = advance(&mut simulation, 1).surface.expect("it has a thickness");
-        assert_eq!(told.active, 1, "{precision}: {told:?}");
+        assert_eq!(told.pairs, 1, "{precision}: {told:?}");
         let way = -positions(&simulation)[2][1];
-        // A tenth of what is lost is asked for: three times as much, a hundred times would be alone.
-        let most = 0.3 * (THICKNESS - gap);
-        assert!(way > 0.5 * most && way < 1.01 * most, "{precision}: {way} m down, at most {most} m");
+        // Three times what may be given back in the step; a hundred times would be alone.
+        let most = 3.0 * SurfaceSettings::DEFAULT_RECOVERY * DT;
+        assert!(way > 0.1 * most && way < 1.01 * most, "{precision}: {way} m down, at most {most} m");
     }
 }

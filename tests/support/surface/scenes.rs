@@ -61,7 +61,8 @@ pub fn scene(network: Network, thickness: f64, friction: f64) -> Scene {
     let mut scene = Scene::new(network, DT).under([0.0, -GRAVITY, 0.0]).certified();
     scene.network.thickness = thickness;
     scene.settings.solver.stop = LOOSE;
-    scene.settings.contact = SurfaceSettings { friction, surface: SurfaceCheck::Count };
+    scene.settings.contact =
+        SurfaceSettings { friction, surface: SurfaceCheck::Count, ..SurfaceSettings::default() };
     scene
 }
 

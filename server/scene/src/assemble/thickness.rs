@@ -26,8 +26,12 @@ pub(super) fn warnings(bodies: &[BodySetup], solids: &[Solid<'_>], contact: Surf
     let mut warnings = Vec::new();
     let thick = || bodies.iter().filter(|body| body.network.thickness > 0.0);
     let default = SurfaceSettings::default();
-    if thick().next().is_none() && contact.friction.to_bits() != default.friction.to_bits() {
-        warnings.push("contact.friction has no effect: no body has a thickness".to_owned());
+    let keys =
+        [("friction", contact.friction, default.friction), ("recovery", contact.recovery, default.recovery)];
+    for (key, value, default) in keys {
+        if thick().next().is_none() && value.to_bits() != default.to_bits() {
+            warnings.push(format!("contact.{key} has no effect: no body has a thickness"));
+        }
     }
     for body in thick() {
         let thickness = body.network.thickness;

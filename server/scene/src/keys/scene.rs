@@ -1,6 +1,10 @@
 //! The keys of a scene: the root.
 
-use nappe_sim::{cloth::SurfaceCheck, math::Precision, world::allowed};
+use nappe_sim::{
+    cloth::{SurfaceCheck, SurfaceSettings},
+    math::Precision,
+    world::allowed,
+};
 
 use super::{body::BODY, snow::SNOW};
 use crate::{
@@ -31,6 +35,7 @@ static CONTACT: Section = Section {
     about: "How surfaces of cloth meet each other. The distance that they keep is the `thickness` of a body.",
     keys: &[
         key("friction", Number(Range(0.0, 100.0)), "", Default("0.3"), "Coulomb's friction coefficient between surfaces of bodies with a thickness"),
+        key("recovery", Number(Range(0.0, SurfaceSettings::MOST_RECOVERY)), "m/s", Default("0.1"), "how fast surfaces that are nearer to each other than their thickness are moved apart"),
         key("surface", Choice(|| SurfaceCheck::ALL.map(SurfaceCheck::name).to_vec()), "", Default("\"off\""), "whether edges that cross triangles are counted at the end of each sub-step, exactly, with and without a thickness: off, or count, whose number stands in the diagnostics"),
     ],
     alternatives: Alternatives::None,

@@ -32,7 +32,7 @@ fn refused(built: &Built) -> String {
 #[test]
 fn a_thickness_and_how_surfaces_meet_are_read_with_their_defaults() {
     let plain = Scene::parse(&text("", ""), "scene.toml").expect("a scene");
-    let default = SurfaceSettings { friction: 0.3, surface: SurfaceCheck::Off };
+    let default = SurfaceSettings { friction: 0.3, recovery: 0.1, surface: SurfaceCheck::Off };
     assert_eq!((plain.bodies[0].thickness, plain.contact), (0.0, None));
     let setup = plain.build(&NoMeshes, &SceneLimits::default()).expect("it can be built").setup;
     assert_eq!(setup.bodies[0].settings.contact, default);

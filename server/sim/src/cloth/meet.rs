@@ -4,6 +4,7 @@
 //! the impulse times the velocity of the surface.
 
 use super::{
+    contact::Contact,
     evaluate::{Allowance, Judged, Led, Workspace, kinetic_of, sums},
     judge::{most_owed, risen_most},
     settings::{Integrator, OnPass, Purpose},
@@ -17,12 +18,8 @@ use crate::{
 };
 
 impl<R: Real> Stepping<'_, R> {
-    /// Lets what was tried over `dt` (s) meet colliders, at `time` (s), and judges what contacts made of it.
-    pub(super) fn meet(
-        &mut self,
-        [dt, time]: [f64; 2],
-        watch: &mut dyn Stopwatch,
-    ) -> Result<(), StepFailure> {
+    /// Lets what was tried meet colliders, at `time` (s), and judges what contacts made of it.
+    pub(super) fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
         if !self.settings.integrator.is_implicit() {
             self.look_at_parts();
         }
@@ -46,12 +43,9 @@ impl<R: Real> Stepping<'_, R> {
             allowed.limit += given;
             allowed.given += given;
         }
-        // What keeps surfaces apart takes part in a contact with a solid, and is not told apart where that moves.
-        let is_driven = self.model.thick_surface().is_some()
-            && self.around.colliders.iter().any(|collider| collider.moves([time - dt, time]));
         self.work.judged = match self.work.allowed {
             Some(allowed) if met.touched == 0 => allowed.owes.into(),
-            _ => (met.touched == 0 || met.inside == 0 && !is_driven).into(),
+            _ => (met.touched == 0 || met.inside == 0).into(),
         };
         let is_told = self.work.judged == Judged::Yes && met.touched > 0;
         match self.work.allowed {
@@ -91,14 +85,22 @@ impl<R: Real> Stepping<'_, R> {
     /// Refuses what contacts made of a sub-step, if more is owed for their energy after it than may be.
     fn judge_contacts(&mut self, allowed: &Allowance, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
         let Self { model, settings, .. } = *self;
-        let parts = model.parts.all();
+        let mut parts = model.parts.all();
         if parts.len() > 1 {
             self.sum_parts();
         }
         self.work.evaluate_next(model, Purpose::of(settings));
         watch.lap(Stage::Force);
-        let Workspace { evaluation, next, numbers, start, common, of_parts, met, .. } = &*self.work;
-        let most = most_owed(allowed, (parts, &of_parts.sums, common), Vec3::from(met.carried.velocity()));
+        let Workspace { of_parts, contact: Contact { groups, .. }, .. } = &mut *self.work;
+        if model.thick_surface().is_some() {
+            of_parts.join(groups.of_part(), groups.all.len());
+        }
+        let Workspace { evaluation, next, numbers, start, common, of_parts, met, contact, .. } = &*self.work;
+        let mut sums = &of_parts.sums;
+        if model.thick_surface().is_some() {
+            (parts, sums) = (&contact.groups.all, &of_parts.of_groups);
+        }
+        let most = most_owed(allowed, (parts, sums, common), Vec3::from(met.carried.velocity()));
         let value = evaluation.total.energy() - start.energy;
         let limit = allowed.limit + (most - self.state.gain.energy).max(0.0);
         if value > limit {
@@ -144,6 +146,7 @@ impl<R: Real> Stepping<'_, R> {
         if is_thick && !colliders.is_empty() {
             kept.add(contact.given());
             met.touched = met.touched.max(contact.pushed());
+            met.carried = met.carried.and(contact.carried(model));
         }
         let Met { touched, passed, first_passed, pinched, first_pinched, .. } = met;
         watch.lap(Stage::Collide);

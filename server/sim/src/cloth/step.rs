@@ -132,7 +132,7 @@ impl<R: Real> Stepping<'_, R> {
             Ok(allowed) => allowed,
             Err(failure) => return Err(cause(self.model, self.state, failure)),
         };
-        self.meet([dt, time], watch)
+        self.meet(time, watch)
     }
 
     /// Computes where a sub-step of `dt` (s), which ends at `time` (s), leads, and judges it; what energy it may have, where that is judged.

@@ -19,7 +19,7 @@ use crate::math::{Vec3, array3, vec3};
 /// Bounces in a sub-step, at most.
 const MOST_BOUNCES: u32 = 2;
 /// Speed of approach, over what the sub-step adds to the velocity, below which nothing comes back: what bounces comes to rest.
-const SLOWEST: f64 = 2.0;
+pub(super) const SLOWEST: f64 = 2.0;
 /// Cosine between the normals at entry and at the end below which the end is nearest to another side.
 const SAME_SIDE: f64 = 0.5;
 /// Rounds over all colliders that a particle between several is given to satisfy them.

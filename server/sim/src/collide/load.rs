@@ -134,6 +134,11 @@ impl BlockLoads {
         &mut self.felt
     }
 
+    /// What the motion of all colliders gave (J), of one process.
+    pub(crate) fn work(&self) -> f64 {
+        self.felt.iter().map(Felt::work).sum()
+    }
+
     /// Forgets what was given.
     pub(crate) fn clear(&mut self) {
         self.felt.fill(Felt::default());

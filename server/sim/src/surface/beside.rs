@@ -46,17 +46,11 @@ impl Beside {
     /// About each of the faces, with places at rest (m).
     pub fn new(faces: &Faces, rest: &[Vec3<f64>]) -> Self {
         let triangles = faces.triangles();
-        let mut of_point = vec![Vec::new(); faces.points()];
-        for (number, corners) in triangles.iter().enumerate() {
-            for corner in corners {
-                of_point[*corner as usize].push(number as u32);
-            }
-        }
         let mut beside = Self::default();
         for (number, corners) in triangles.iter().enumerate() {
             interrupt::point();
             let first = beside.particles.len();
-            let meeting = corners.map(|corner| of_point[corner as usize].as_slice());
+            let meeting = corners.map(|corner| faces.about(corner));
             let is_many = meeting.iter().map(|others| others.len()).sum::<usize>() > MANY;
             let all = if is_many { [[].as_slice(); 3] } else { meeting }.concat();
             let mut others: Vec<u32> = all.into_iter().filter(|other| *other as usize > number).collect();

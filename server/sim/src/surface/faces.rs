@@ -15,6 +15,9 @@ pub struct Faces {
     /// Of each triangle the corners that it owns, bits 0 to 2, and the edges, bits 3 to 5.
     owned: Vec<u8>,
     points: usize,
+    /// Where the triangles of each point begin in `about`, and the end.
+    starts: Vec<u32>,
+    about: Vec<u32>,
 }
 
 impl Faces {
@@ -46,7 +49,38 @@ impl Faces {
             }
             last = Some((a, b));
         }
-        Self { triangles, owned, points }
+        let mut starts = vec![0_u32; points + 1];
+        for point in triangles.as_flattened() {
+            starts[*point as usize + 1] += 1;
+        }
+        for point in 0..points {
+            starts[point + 1] += starts[point];
+        }
+        let (mut about, mut next) = (vec![0_u32; 3 * triangles.len()], starts.clone());
+        for (number, triangle) in triangles.iter().enumerate() {
+            for point in triangle {
+                let place = &mut next[*point as usize];
+                about[*place as usize] = number as u32;
+                *place += 1;
+            }
+        }
+        Self { triangles, owned, points, starts, about }
+    }
+
+    /// The triangles that have a particle for a corner, ascending.
+    #[inline]
+    pub fn about(&self, point: u32) -> &[u32] {
+        let point = point as usize;
+        &self.about[self.starts[point] as usize..self.starts[point + 1] as usize]
+    }
+
+    /// The third corners of the triangles that have an edge.
+    #[inline]
+    pub fn across(&self, [from, to]: [u32; 2]) -> impl Iterator<Item = u32> {
+        let with = self.about(from).iter().map(|triangle| self.triangles[*triangle as usize]);
+        with.filter(move |corners| corners.contains(&to)).flat_map(move |corners| {
+            corners.into_iter().filter(move |corner| *corner != from && *corner != to)
+        })
     }
 
     /// The triangles, by the numbers of their corners.
@@ -128,6 +162,10 @@ mod tests {
                 }
             }
             let all = 0..faces.triangles().len();
+            for (point, of_point) in (0..points).map(|point| (point, faces.about(point))) {
+                let has = |t: &usize| faces.triangles()[*t].contains(&point);
+                assert!(all.clone().filter(has).eq(of_point.iter().map(|t| *t as usize)), "{point}");
+            }
             let mut owned: Vec<u32> = all.clone().flat_map(|t| faces.vertices(t)).collect();
             owned.sort_unstable();
             assert_eq!(owned, vertices.into_keys().collect::<Vec<_>>());
@@ -145,5 +183,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|k| faces.owns_vertex(1, k)), [false, false, true]);
         assert_eq!([0, 1, 2].map(|k| faces.owns_edge(1, k)), [false, true, true]);
         assert_eq!(faces.points(), 6);
+        assert!(faces.across([1, 2]).eq([0, 3]) && faces.across([3, 1]).eq([2]));
+        assert_eq!(faces.across([0, 3]).count(), 0);
     }
 }

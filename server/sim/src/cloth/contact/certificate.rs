@@ -1,6 +1,9 @@
 //! Whether a pair stays apart while its corners go straight from one place to another, without a doubt.
 
-use super::pair::{KEPT, Pair, THIN};
+use super::{
+    pair::Pair,
+    rules::{KEPT, THIN},
+};
 use crate::{
     math::Vec3,
     surface::{PairKind, closest},
@@ -23,10 +26,10 @@ pub(crate) fn is_safe(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], f
     separation(pair, end) > least || advances(pair, start, end, least)
 }
 
-/// By how much (m) the first part lies above the second along the direction of the pair.
+/// By how much (m) the first part lies above the second along the direction that the pair had at the start.
 pub(crate) fn separation(pair: &Pair, x: [Vec3<f64>; 4]) -> f64 {
     let origin = x[3];
-    let [a, b, c, d] = x.map(|x| (x - origin).dot(&pair.normal));
+    let [a, b, c, d] = x.map(|x| (x - origin).dot(&pair.direction));
     match pair.candidate.kind {
         PairKind::VertexTriangle => a - b.max(c).max(d),
         PairKind::Edges => a.min(b) - c.max(d),
@@ -77,9 +80,7 @@ mod tests {
         let candidate = Candidate { kind: PairKind::VertexTriangle, corners: [0, 1, 2, 3], triangle: 0 };
         let [a, b, c] = TRIANGLE.map(Vec3::from);
         let start = [Vec3::new(0.2, 0.2, 0.01), a, b, c];
-        let still = [Vec3::zeros(); 4];
-        let far = [Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), Vec3::zeros(), Vec3::zeros()];
-        let pair = Pair::near(&surface, candidate, start, [1.0; 4], (far, still), 1.0).expect("it is near");
+        let pair = Pair::near(&surface, candidate, start, (1.0, 0.0)).expect("it is near");
         let mut end = start;
         end[0] += Vec3::from(way);
         end[3] += Vec3::new(0.0, 0.0, lift);

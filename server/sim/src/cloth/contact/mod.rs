@@ -4,12 +4,16 @@
 //! Enters: a model with a surface, a state, and where a solve leads. Leaves: what pairs add to the matrix and the right-hand side of
 //! the next solve, or that the sub-step is safe. Nothing of it is state: each sub-step looks for pairs anew. Modules in reading order:
 
+mod rules;
+mod friction;
+mod place;
 mod pair;
 mod ways;
 mod search;
 mod certificate;
 mod wall;
 mod rows;
+mod groups;
 mod book;
 mod rounds;
 mod count;

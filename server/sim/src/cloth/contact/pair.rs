@@ -1,57 +1,46 @@
-//! A pair of parts of a surface in one sub-step: where they are closest at its start, and whether they push each other.
+//! A pair of parts of a surface in one sub-step: where they meet, and whether they push each other.
 //!
-//! With n the direction between the closest points, w their weights (1 in sum on the first side, -1 on the second) and g0 their distance, the gap at
-//! the end is linear: g = g0 + h n.(w v'). A pair that is active adds the energy k (t - g)² / 2 to what the step minimises, so h² k n nᵀ
-//! times w wᵀ to its matrix. k = 100 m / h², 1 / m = sum w² / m_i: a load of the weight of m lies g h² / 100 deep.
+//! With n the direction between the nearest points where they meet, and w their weights (1 in sum on the first side, -1 on the second), the gap at
+//! the end is linear about that place: g = g* + n.(w x' - w x*). A pair that is active adds the energy k (t - g)² / 2 to what the step
+//! minimises, so h² k n nᵀ times w wᵀ to its matrix. k = 100 m / h², 1 / m = sum w² / m_i: a load of the weight of m lies g h² / 100 deep.
 
+use super::{
+    friction::{Friction, Off, Seen},
+    place::{Going, Place, mixed},
+    rules::{ADDED, HARDER, KEPT, LATE, PULL, SETTLING, SHORT, STIFFNESS, THIN},
+};
 use crate::{
     cloth::layout::Surface,
     math::Vec3,
-    surface::{Candidate, Inside, PairKind, between_middles, closest, gap_along},
+    surface::{Candidate, PairKind, between_middles, closest, gap_along},
 };
 
-/// h² k over the reduced mass of a pair.
-pub(super) const STIFFNESS: f64 = 100.0;
 /// Times what a pair lacks of its target that its push alone takes a particle, at most.
 const FARTHEST: f64 = 3.0;
-/// Share of the gap at the start that a pair must keep on its way.
-pub(crate) const KEPT: f64 = 0.1;
-/// Share of lost thickness that a sub-step gives back. All at once would throw what lies on top.
-pub(super) const REGAINED: f64 = 0.1;
-/// Shares of the thickness by which an active pair may pull before it is dropped, and by which another may fall short before it is added.
-pub(super) const PULL: f64 = 0.0003;
-pub(super) const SHORT: f64 = 0.01;
-/// Share of the thickness and of the gap at the start below which a pair is made harder, and how much.
-pub(super) const THIN: f64 = 0.5;
-pub(super) const HARDER: f64 = 4.0;
-/// Rounds after which certificates alone decide, and friction stays as it is: what is hard to keep apart does not settle while it changes.
-pub(super) const SETTLING: u32 = 4;
-/// Friction over Coulomb's bound from which on a pair slips.
-const SLIPS: f64 = 1.05;
-/// Least speed (m/s) along each other by which friction is divided: what rests creeps.
-pub(super) const CREEP: f64 = 1e-3;
 
 /// A pair in a sub-step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pair {
     pub(crate) candidate: Candidate,
-    pub(crate) weights: [f64; 4],
-    /// From the second part to the first: a unit vector.
-    pub(crate) normal: Vec3<f64>,
-    /// Distance at the start, distance that is kept, and the gap that the solve aims at (m).
+    /// Distance (m) at the start, and the direction from the second part to the first there.
     pub(crate) gap: f64,
+    pub(crate) direction: Vec3<f64>,
+    /// Distance that is kept, and the gap that the solve aims at (m).
     pub(crate) thickness: f64,
     pub(crate) target: f64,
+    /// Where they meet: weights of the nearest points, the direction from the second part to the first, and the linear gap (m) where no
+    /// corner moves.
+    pub(crate) weights: [f64; 4],
+    pub(crate) normal: Vec3<f64>,
+    at_start: f64,
     /// h² k (kg); 0 where nothing is free.
     pub(crate) stiffness: f64,
-    /// Friction: h times force over speed (kg).
-    pub(crate) rub: f64,
-    /// Speeds along each other (m/s): that at which friction reaches its bound, and that without friction.
-    slip: f64,
-    free_speed: f64,
+    /// Times that it was made harder.
+    hardness: f64,
+    pub(super) friction: Friction,
     pub(crate) activity: Activity,
-    /// Whether its closest points are such that it may be added to those that push.
-    bears: bool,
+    /// Whether it pushes wherever its nearest points lie.
+    insists: bool,
 }
 
 /// Whether a pair pushes.
@@ -59,10 +48,12 @@ pub(crate) struct Pair {
 pub(crate) enum Activity {
     Idle,
     Active,
-    /// It was dropped once in this sub-step, and is active again.
-    Again,
     /// It was dropped once in this sub-step.
     Dropped,
+    /// It was dropped once in this sub-step, and is active again.
+    Again,
+    /// It was dropped twice in this sub-step.
+    Gone,
 }
 
 impl Activity {
@@ -70,77 +61,139 @@ impl Activity {
         matches!(self, Self::Active | Self::Again)
     }
 
-    fn added(self) -> Self {
-        if matches!(self, Self::Dropped | Self::Again) { Self::Again } else { Self::Active }
+    /// It pushes from now on.
+    pub(super) fn added(self) -> Self {
+        match self {
+            Self::Idle => Self::Active,
+            Self::Dropped => Self::Again,
+            same => same,
+        }
+    }
+
+    /// It does not push any more after a round in which it pulled by a share of the thickness. One that was dropped before goes on, since sets of
+    /// pairs may alternate for ever; late on, what pulls hard is dropped for good.
+    pub(super) fn dropped(self, pull: f64, round: u32) -> Self {
+        match self {
+            Self::Active if pull > PULL => Self::Dropped,
+            Self::Again if pull > SHORT && round >= LATE => Self::Gone,
+            same => same,
+        }
     }
 }
 
-/// What a look at a pair after a solve changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
-    Nothing,
-    Something,
+/// What a look at a pair after a solve found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Look {
+    /// Whether other pairs push, or elsewhere.
+    pub(super) is_changed: bool,
+    pub(super) is_unsafe: bool,
+    pub(super) off: Off,
 }
 
 impl Pair {
-    /// A pair in a sub-step that begins with its corners at `x` (m), of inverse masses `inv_m` (1/kg), of velocities `v` (m/s), and
-    /// that would go by `ways` (m) without forces. None where it stays apart whatever happens, as long as no corner comes nearer to one of the other
-    /// part than by `room` (m).
+    /// A pair in a sub-step that begins with its corners at `x` (m), and may give back so much of what it lost (m). None where it stays apart
+    /// whatever happens, as long as no corner comes nearer to one of the other part than by `room` (m).
     pub(crate) fn near(
         surface: &Surface,
         candidate: Candidate,
         x: [Vec3<f64>; 4],
-        inv_m: [f64; 4],
-        (ways, v): ([Vec3<f64>; 4], [Vec3<f64>; 4]),
-        room: f64,
+        (room, regained): (f64, f64),
     ) -> Option<Self> {
         let found = closest(candidate.kind, x);
         let gap = found.difference.norm();
         if is_clear(gap, room) {
             return None;
         }
-        let normal = if gap > 0.0 { found.difference / gap } else { Vec3::zeros() };
+        let direction = if gap > 0.0 { found.difference / gap } else { Vec3::zeros() };
         let thickness = surface.distance_of(&candidate);
-        let target = if gap < thickness { gap + REGAINED * (thickness - gap) } else { thickness };
-        let weights = found.weights;
-        let mut pair = Self {
+        Some(Self {
             candidate,
-            weights,
-            normal,
             gap,
+            direction,
             thickness,
-            target,
-            stiffness: stiffness_of(weights, inv_m),
-            rub: 0.0,
-            slip: CREEP,
-            free_speed: 0.0,
+            target: thickness.min(gap + regained),
+            weights: found.weights,
+            normal: direction,
+            at_start: gap,
+            stiffness: 0.0,
+            hardness: 1.0,
+            friction: Friction::default(),
             activity: Activity::Idle,
-            bears: bears(surface, &candidate, found.inside),
+            insists: false,
+        })
+    }
+
+    /// Where it meets if its corners go such ways (m), and may be pushed; `at` says where any particle is after a share of its way.
+    fn meets(
+        &self,
+        surface: &Surface,
+        [start, ways]: [[Vec3<f64>; 4]; 2],
+        at: impl Fn(u32, f64) -> Vec3<f64>,
+    ) -> Option<Place> {
+        let going = Going { kind: self.candidate.kind, start, ways, gap: self.gap, normal: self.direction };
+        let place = going.meets(self.target)?;
+        place.borne(&surface.faces, &self.candidate, at).or(self.insists.then_some(place))
+    }
+
+    /// Begins to push where it would meet on ways (m) without it, with corners of inverse masses (1/kg).
+    pub(crate) fn begin(
+        &mut self,
+        surface: &Surface,
+        on_ways: [[Vec3<f64>; 4]; 2],
+        inv_m: [f64; 4],
+        at: impl Fn(u32, f64) -> Vec3<f64>,
+    ) {
+        // What is not near yet may be led elsewhere.
+        let is_near = |place: &Place| {
+            self.gap < (1.0 + SHORT) * self.thickness || place.distance < THIN * self.thickness
         };
-        let velocity = pair.relative(v);
-        pair.slip = (velocity - pair.normal * velocity.dot(&pair.normal)).norm().max(CREEP);
-        let freely = pair.gap_after(&pair.relative(ways));
-        let is_near = gap < (1.0 + SHORT) * thickness && freely < pair.target;
-        if pair.can_push() && pair.bears && (is_near || freely < THIN * thickness) {
-            pair.activity = Activity::Active;
+        if let Some(place) = self.meets(surface, on_ways, at).filter(is_near) {
+            self.put(&place, &on_ways[1], inv_m);
+            self.activity = if self.can_push() { Activity::Active } else { Activity::Idle };
         }
-        Some(pair)
+    }
+
+    /// Takes over where it meets on ways (m).
+    fn put(&mut self, place: &Place, ways: &[Vec3<f64>; 4], inv_m: [f64; 4]) {
+        (self.weights, self.normal) = (place.weights, place.normal);
+        self.at_start = place.distance - place.share * self.normal.dot(&mixed(ways, &self.weights));
+        self.stiffness = self.hardness * stiffness_of(self.weights, inv_m);
     }
 
     /// Whether anything of it is free, and it has a direction.
     pub(crate) fn can_push(&self) -> bool {
-        self.stiffness > 0.0 && self.gap > 0.0
+        self.stiffness > 0.0
     }
 
-    /// The way or velocity of the first closest point relative to the second, from those of the corners.
-    pub(crate) fn relative(&self, of_corners: [Vec3<f64>; 4]) -> Vec3<f64> {
-        let [a, b, c, d] = self.weights;
-        of_corners[0] * a + of_corners[1] * b + of_corners[2] * c + of_corners[3] * d
+    /// What friction sees of it, from its relative way (m) in `dt` (s) and the relative velocity (m/s) that it came with.
+    fn seen(&self, bound: f64, [way, came]: [&Vec3<f64>; 2], dt: f64) -> Seen {
+        let mass = self.stiffness / (STIFFNESS * self.hardness);
+        Seen { bound, along: self.along(way) / dt, came: self.along(came).norm(), mass }
+    }
+
+    /// The way or velocity of the first nearest point relative to the second, from those of the corners.
+    pub(crate) fn relative(&self, of_corners: &[Vec3<f64>; 4]) -> Vec3<f64> {
+        mixed(of_corners, &self.weights)
+    }
+
+    /// What of a relative way or velocity is along the surfaces.
+    pub(crate) fn along(&self, relative: &Vec3<f64>) -> Vec3<f64> {
+        relative - self.normal * relative.dot(&self.normal)
     }
 
     /// The linear gap (m) after a relative way (m).
     pub(crate) fn gap_after(&self, way: &Vec3<f64>) -> f64 {
-        self.gap + way.dot(&self.normal)
+        self.at_start + way.dot(&self.normal)
+    }
+
+    /// Whether it is beyond what it aims at after a relative way (m).
+    pub(crate) fn pulls(&self, way: &Vec3<f64>) -> bool {
+        self.gap_after(way) >= self.target
+    }
+
+    /// How much (m) of what was lost of the thickness it gives back.
+    pub(crate) fn regained(&self) -> f64 {
+        (self.target - self.gap).max(0.0)
     }
 
     /// h times the force (N s) with which it pushes after a relative way (m) in `dt` (s).
@@ -154,76 +207,77 @@ impl Pair {
         0.5 * self.stiffness / (dt * dt) * short * short
     }
 
-    /// Looks at where the solve of a round leads, from the relative way (m) in `dt` (s): drops what pulls, adds what bears and falls short, hardens
-    /// what is too thin before the round `last`, and takes over friction of a coefficient.
+    /// Looks at where the solve of a round leads, from where its corners begin, their ways (m) in `dt` (s) and the velocities (m/s) that they came with: drops what pulls, adds what falls short, puts it where it meets, hardens what is too thin before the round `last`, and takes
+    /// over friction of a coefficient.
     pub(crate) fn review(
         &mut self,
-        way: &Vec3<f64>,
-        dt: f64,
-        friction: f64,
+        surface: &Surface,
+        [start, ways, came]: [[Vec3<f64>; 4]; 3],
+        inv_m: [f64; 4],
+        (dt, friction): (f64, f64),
         [round, last]: [u32; 2],
-    ) -> Change {
-        let gap = self.gap_after(way);
-        if !self.activity.pushes() {
-            if self.bears && self.can_push() && gap < self.target - SHORT * self.thickness {
-                self.activity = self.activity.added();
+        at: impl Fn(u32, f64) -> Vec3<f64>,
+    ) -> Look {
+        let mut look = Look::default();
+        let way = self.relative(&ways);
+        let (gap, pushed) = (self.gap_after(&way), self.activity.pushes());
+        let push = if pushed { self.impulse(&way, dt).max(0.0) } else { 0.0 };
+        let place = self.meets(surface, [start, ways], at);
+        if !pushed {
+            let falls_short = place.filter(|place| place.distance < self.target - ADDED * self.thickness);
+            let Some(place) = falls_short else { return look };
+            self.put(&place, &ways, inv_m);
+            let next = if self.can_push() { self.activity.added() } else { self.activity };
+            if next != self.activity {
+                (self.activity, look.is_changed) = (next, true);
+                let way = self.relative(&ways);
                 // As if it carried itself alone.
-                self.rub = friction * self.impulse(way, dt) / (STIFFNESS * self.slip);
-                return Change::Something;
+                let bound = friction * self.impulse(&way, dt) / STIFFNESS;
+                let seen = self.seen(bound, [&way, &self.relative(&came)], dt);
+                let rubs = friction > 0.0 && round > 0;
+                self.friction = if rubs { Friction::guess(seen) } else { Friction::default() };
             }
-            return Change::Nothing;
+            return look;
         }
-        if gap > self.target + PULL * self.thickness && self.activity == Activity::Active {
-            (self.activity, self.rub) = (Activity::Dropped, 0.0);
-            return Change::Something;
-        }
-        let mut change = Change::Nothing;
+        let Some(place) = place else {
+            // What meets nothing where it was led has nothing to push, but pulls nothing.
+            let pull = if gap < self.target { SHORT } else { (gap - self.target) / self.thickness };
+            let next = self.activity.dropped(pull, round);
+            if next != self.activity {
+                (self.activity, self.friction, look.is_changed) = (next, Friction::default(), true);
+            }
+            return look;
+        };
         if round < last && gap < THIN * self.thickness.min(self.gap) {
+            (self.hardness, look.is_changed) = (self.hardness * HARDER, true);
+        }
+        if friction > 0.0 && round < SETTLING {
+            let seen = self.seen(friction * push, [&way, &self.relative(&came)], dt);
+            look.off = self.friction.look(seen, round);
+        }
+        self.put(&place, &ways, inv_m);
+        look.is_changed |= (self.gap_after(&self.relative(&ways)) - gap).abs() > SHORT * self.thickness;
+        look
+    }
+
+    /// What was not certified on its ways (m) pushes from now on, wherever its nearest points lie, or pushes harder.
+    pub(crate) fn insist(&mut self, [start, ways]: [[Vec3<f64>; 4]; 2], inv_m: [f64; 4]) {
+        self.insists = true;
+        if self.activity.pushes() {
+            self.hardness *= HARDER;
             self.stiffness *= HARDER;
-            change = Change::Something;
-        }
-        if friction > 0.0 && round < SETTLING && self.rubs_otherwise(way, dt, friction, round) {
-            change = Change::Something;
-        }
-        change
-    }
-
-    /// Takes over friction of a coefficient from the relative way (m) in `dt` (s); whether that calls for another solve. The first solve of a sub-step
-    /// has none, and says how fast the pair goes without. The next one has that which holds it at the speed that it came with. If
-    /// that is more than Coulomb's bound, it slips: by a chord of the two, at the speed at which friction is the bound.
-    fn rubs_otherwise(&mut self, way: &Vec3<f64>, dt: f64, friction: f64, round: u32) -> bool {
-        let bound = friction * self.impulse(way, dt).max(0.0);
-        let velocity = way / dt;
-        let speed = (velocity - self.normal * velocity.dot(&self.normal)).norm();
-        let had = self.rub * speed;
-        let slips = self.rub > 0.0 && had > SLIPS * bound;
-        if self.rub == 0.0 {
-            self.free_speed = speed;
-        } else if slips {
-            let slower = (self.free_speed - speed).max(0.0);
-            self.slip = (speed + slower * (had - bound) / had).max(CREEP);
-        }
-        self.rub = bound / self.slip;
-        bound > 0.0 && (round == 0 || slips)
-    }
-
-    /// What was not certified pushes from now on, or pushes harder.
-    pub(crate) fn insist(&mut self) {
-        if !self.can_push() {
             return;
         }
-        if self.activity.pushes() {
-            self.stiffness *= HARDER;
-        } else {
-            (self.activity, self.bears) = (self.activity.added(), true);
+        let going = Going { kind: self.candidate.kind, start, ways, gap: self.gap, normal: self.direction };
+        if let Some(place) = going.meets(self.target).or_else(|| going.begins()) {
+            self.put(&place, &ways, inv_m);
+            self.activity = if self.can_push() { Activity::Active } else { self.activity };
         }
     }
 
     /// Goes on as the same pair did that was found before.
     pub(crate) fn go_on(&mut self, before: &Self) {
-        (self.stiffness, self.activity) = (before.stiffness, before.activity);
-        (self.rub, self.slip, self.free_speed) = (before.rub, before.slip, before.free_speed);
-        self.bears = before.bears;
+        *self = *before;
     }
 }
 
@@ -262,18 +316,4 @@ pub(crate) fn furthest(kind: PairKind, [a, b, c, d]: &[Vec3<f64>; 4]) -> f64 {
         PairKind::Edges => [apart(a, c), apart(a, d), apart(b, c), apart(b, d)],
     };
     squares[0].max(squares[1]).max(squares[2].max(squares[3])).sqrt()
-}
-
-/// Whether the closest points let a pair push: inside of both parts, or where a triangle counts an edge or corner for all that have it, so that
-/// rims push too.
-fn bears(surface: &Surface, candidate: &Candidate, inside: Inside) -> bool {
-    let triangle = candidate.triangle as usize;
-    match (candidate.kind, inside) {
-        (_, Inside::Both) => true,
-        (PairKind::VertexTriangle, Inside::Edge(edge)) => surface.faces.owns_edge(triangle, edge.into()),
-        (PairKind::VertexTriangle, Inside::Corner(corner)) => {
-            surface.faces.owns_vertex(triangle, corner.into())
-        }
-        _ => false,
-    }
 }

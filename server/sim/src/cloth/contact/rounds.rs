@@ -3,8 +3,11 @@
 use super::{
     book::PairEnergy,
     certificate::{is_safe, separation},
-    pair::{Change, Pair, SETTLING},
+    friction::Off,
+    groups::Groups,
+    pair::{Look, Pair},
     rows::PairRows,
+    rules::SETTLING,
     search::Search,
     wall::{Wall, When},
     ways::{Start, wide},
@@ -14,7 +17,7 @@ use crate::{
         layout::{Model, Surface},
         state::State,
     },
-    collide::{BlockLoads, Collider, Contacts, Felt, Kept, resolve},
+    collide::{BlockLoads, Carried, Collider, Contacts, Felt, Kept, resolve},
     linalg::Inverse3,
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{Own, block_count, per_block, per_block_mut, per_row, per_row_mut, several_per_block_mut},
@@ -28,6 +31,8 @@ pub(crate) const ROUNDS: u32 = 12;
 const LAST: u32 = 2;
 /// Roundings of a position below which no gap may fall.
 const FLOOR: f64 = 64.0;
+/// Share of all friction by which that of a solve may be off what Coulomb's law says.
+const RUBS_OTHERWISE: f64 = 0.03;
 /// Pairs that a thread looks at in one go.
 const GO: usize = 64;
 
@@ -38,13 +43,6 @@ pub(crate) enum Review {
     Safe,
     /// Pairs changed, or one is not safe.
     Again,
-}
-
-/// What a look at one pair found.
-#[derive(Clone, Copy, Debug, Default)]
-struct Look {
-    is_changed: bool,
-    is_unsafe: bool,
 }
 
 /// Pairs of the sub-step that is tried, and memory of the search for them.
@@ -62,6 +60,8 @@ pub(crate) struct Contact<R: Real> {
     kept: Kept,
     /// What walls gave to colliders.
     given: BlockLoads,
+    /// Which parts push each other in the next solve.
+    pub(crate) groups: Groups,
     pub(crate) energy: PairEnergy,
     pub(crate) report: SurfaceReport,
     /// The particles of the first pair that was not safe at the last look, and how near it came (m); a particle alone, twice, that went where no
@@ -81,6 +81,8 @@ pub(crate) struct Scene<'a, R: Real> {
     pub(crate) when: When,
     pub(crate) gravity: Vec3<f64>,
     pub(crate) friction: f64,
+    /// How fast (m/s) lost thickness is given back.
+    pub(crate) recovery: f64,
 }
 
 impl<R: Real> Contact<R> {
@@ -91,7 +93,8 @@ impl<R: Real> Contact<R> {
     pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) -> Result<(), StepFailure> {
         let Scene { model, surface, state, before, when: When { dt, .. }, gravity, .. } = scene;
         let start = Start { x: &state.x, v: &state.v, dv: before, dt, gravity };
-        let found = self.search.begin(model, surface, start, &mut self.pairs);
+        let regained = scene.recovery * dt;
+        let found = self.search.begin(model, surface, start, regained, &mut self.pairs);
         found.map_err(|crowded| failure_of(model, surface, crowded))?;
         self.list_walls(scene);
         self.rows.keep(model, rows);
@@ -107,7 +110,7 @@ impl<R: Real> Contact<R> {
         model.share.own().each(per_block_mut(walls), |block, walls| {
             walls.clear();
             if !colliders.is_empty() {
-                Wall::list(model, block, colliders, (&state.x, &search.ways), when, walls);
+                Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), when, walls);
             }
         });
     }
@@ -117,6 +120,7 @@ impl<R: Real> Contact<R> {
         let Scene { model, state, when: When { dt, .. }, .. } = scene;
         let walls = self.walls.iter().flatten();
         self.rows.set((model, inverse), &self.pairs, walls, (&state.v, dt));
+        self.groups.find(model, &self.pairs, self.walls.iter().flatten());
     }
 
     /// Looks at where a solve leads.
@@ -129,38 +133,29 @@ impl<R: Real> Contact<R> {
         next: &State<R>,
         round: u32,
     ) -> Result<Review, StepFailure> {
-        let Scene { model, surface, state, when: When { dt, .. }, .. } = scene;
+        let Scene { model, state, when: When { dt, .. }, .. } = scene;
         let walls = self.walls.iter().flatten();
-        self.energy = PairEnergy::of(model, &self.pairs, walls, [&state.v, &next.v], dt);
+        self.energy = PairEnergy::of((model, &self.groups), &self.pairs, walls, [&state.v, &next.v], dt);
         let active = self.pairs.iter().filter(|pair| pair.activity.pushes()).count();
         self.meet(scene, next);
 
-        let mut is_changed = false;
-        for wall in self.walls.iter_mut().flatten() {
-            let velocity = wide(&next.v[wall.particle as usize]);
-            let friction = scene.colliders[wall.collider as usize].friction;
-            let inv_m = model.inv_m[wall.particle as usize].to_f64();
-            let thickness = surface.thickness_of(wall.particle);
-            is_changed |= wall.review((&velocity, dt), thickness, (friction, inv_m), [round, ROUNDS - LAST]);
-        }
+        let (mut is_changed, mut off) = self.review_walls(scene, next, round);
         self.look(scene, next, round);
-        let mut is_unsafe = false;
         self.first_unsafe = None;
-        for (look, pair) in self.looks.iter().zip(&mut self.pairs) {
+        for (look, pair) in self.looks.iter().zip(&self.pairs) {
             is_changed |= look.is_changed;
-            if look.is_unsafe {
-                if !is_unsafe {
-                    let [first, .., last] = pair.candidate.corners;
-                    let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
-                    let apart = separation(pair, end);
-                    // What is not a number is no gap.
-                    let gap = if apart > 0.0 { apart.min(pair.gap) } else { 0.0 };
-                    self.first_unsafe = Some(([first, last], gap));
-                }
-                is_unsafe = true;
-                pair.insist();
+            off = off.and(look.off);
+            if look.is_unsafe && self.first_unsafe.is_none() {
+                let [first, .., last] = pair.candidate.corners;
+                let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
+                let apart = separation(pair, end);
+                // What is not a number is no gap.
+                let gap = if apart > 0.0 { apart.min(pair.gap) } else { 0.0 };
+                self.first_unsafe = Some(([first, last], gap));
             }
         }
+        let is_unsafe = self.first_unsafe.is_some();
+        is_changed |= off.by > RUBS_OTHERWISE * off.of;
 
         self.report.rounds = round + 1;
         (self.report.pairs, self.report.active) = (self.pairs.len() as u64, active as u64);
@@ -175,6 +170,25 @@ impl<R: Real> Contact<R> {
         }
         self.report.least_gap = self.least_gap();
         Ok(Review::Safe)
+    }
+
+    /// Reviews all walls: whether other ones push, and by how much friction is off.
+    fn review_walls(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) -> (bool, Off) {
+        let Scene { model, surface, state, when, .. } = scene;
+        let (mut is_changed, mut off) = (false, Off::default());
+        for wall in self.walls.iter_mut().flatten() {
+            let particle = wall.particle as usize;
+            let collider = &scene.colliders[wall.collider as usize];
+            let v = [&state.v, &next.v].map(|v| wide(&v[particle]));
+            let inv_m = model.inv_m[particle].to_f64();
+            let of_particle = (surface.thickness_of(wall.particle), inv_m);
+            let rounds = [round, ROUNDS - LAST];
+            let (changed, of) =
+                wall.review(collider, (wide(&state.x[particle]), v), when, of_particle, rounds);
+            is_changed |= changed;
+            off = off.and(of);
+        }
+        (is_changed, off)
     }
 
     /// Lets a copy of what a solve led to meet colliders, as the sub-step will.
@@ -217,6 +231,18 @@ impl<R: Real> Contact<R> {
         self.walls.iter().flatten().filter(|wall| wall.pushed > 0.0).count() as u64
     }
 
+    /// How surfaces of colliders move that the solve pushed with, and what their motion gave beyond what it counted.
+    pub(crate) fn carried(&self, model: &Model<R>) -> Carried {
+        let mut carried = Carried::default();
+        for wall in self.walls.iter().flatten().filter(|wall| wall.pushed > 0.0) {
+            let push = wall.pushed * model.m[wall.particle as usize].to_f64();
+            carried.push += push;
+            (0..3).for_each(|c| carried.along[c] += push * wall.velocity[c]);
+        }
+        carried.work = self.given.work() - self.energy.of_colliders;
+        carried
+    }
+
     /// What walls gave to colliders in the sub-step.
     pub(crate) fn given(&self) -> &BlockLoads {
         &self.given
@@ -224,22 +250,30 @@ impl<R: Real> Contact<R> {
 
     /// Reviews all pairs, and whether each is safe.
     fn look(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) {
-        let Scene { state, when: When { dt, .. }, friction, .. } = scene;
+        let Scene { model, surface, state, when: When { dt, .. }, friction, .. } = scene;
         let Self { pairs, looks, ends, .. } = self;
         looks.resize(pairs.len(), Look::default());
         let count = pairs.len();
         let fields = (per_row_mut(pairs), per_row_mut(looks));
+        let way = |particle: u32| wide(&next.v[particle as usize]) * dt;
+        let gone = |particle: u32, share: f64| wide(&state.x[particle as usize]) + way(particle) * share;
         Own::whole(count, GO).each(fields, |_, (pairs, looks)| {
             for (pair, look) in pairs.iter_mut().zip(looks) {
                 let corners = pair.candidate.corners;
                 let at = |field: &[Padded<R>]| corners.map(|corner| wide(&field[corner as usize]));
-                let end = at(&ends[0]);
+                let (start, end) = (at(&state.x), at(&ends[0]));
                 let largest = end.iter().map(Vec3::amax).fold(0.0, f64::max);
                 let floor = FLOOR * R::ROUNDING * largest;
-                look.is_unsafe = !is_safe(pair, at(&state.x), end, floor);
-                let way = pair.relative(at(&next.v)) * dt;
-                look.is_changed =
-                    pair.review(&way, dt, friction, [round, ROUNDS - LAST]) == Change::Something;
+                let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
+                let ways = corners.map(way);
+                let is_unsafe = !is_safe(pair, start, end, floor);
+                let rounds = [round, ROUNDS - LAST];
+                *look =
+                    pair.review(surface, [start, ways, at(&state.v)], inv_m, (dt, friction), rounds, gone);
+                look.is_unsafe = is_unsafe;
+                if is_unsafe {
+                    pair.insist([start, ways], inv_m);
+                }
             }
         });
     }
@@ -247,7 +281,8 @@ impl<R: Real> Contact<R> {
     /// Looks for pairs about the ways that the last solve led along.
     fn look_again(&mut self, scene: Scene<'_, R>) -> Result<(), StepFailure> {
         let Scene { model, surface, state, .. } = scene;
-        let found = self.search.again(model, surface, ([&state.x, &state.v], &self.ends[0]), &mut self.pairs);
+        let regained = scene.recovery * scene.when.dt;
+        let found = self.search.again(model, surface, [&state.x, &self.ends[0]], regained, &mut self.pairs);
         found.map_err(|crowded| failure_of(model, surface, crowded))?;
         std::mem::swap(&mut self.walls, &mut self.walls_before);
         self.list_walls(scene);
@@ -255,8 +290,7 @@ impl<R: Real> Contact<R> {
             for wall in walls {
                 let key = (wall.particle, wall.collider);
                 if let Ok(place) = before.binary_search_by_key(&key, |wall| (wall.particle, wall.collider)) {
-                    (wall.activity, wall.rub) = (before[place].activity, before[place].rub);
-                    wall.stiffness = before[place].stiffness;
+                    *wall = before[place];
                 }
             }
         }

@@ -18,8 +18,9 @@ struct Push<R: Real> {
     normal: Vec3<R>,
     /// What it adds along the normal, beyond what it adds in all directions (kg).
     along: R,
-    /// Friction (kg).
+    /// Friction (kg) in all directions; along the way that it slides there is as much less.
     rub: R,
+    slides: Vec3<R>,
     /// What it gives the right-hand side at a weight of 1 (N s).
     given: Vec3<R>,
 }
@@ -68,27 +69,30 @@ impl<R: Real> PairRows<R> {
         self.pushes.clear();
         for pair in pairs.iter().filter(|pair| pair.activity.pushes()) {
             let corners = pair.candidate.corners;
-            let velocity = pair.relative(corners.map(|corner| wide(&v[corner as usize])));
-            let along = velocity - pair.normal * velocity.dot(&pair.normal);
-            let given = pair.normal * pair.impulse(&(velocity * dt), dt) - along * pair.rub;
+            let velocity = pair.relative(&corners.map(|corner| wide(&v[corner as usize])));
+            let rubbed = pair.friction.impulse(&pair.along(&velocity));
+            let given = pair.normal * pair.impulse(&(velocity * dt), dt) + rubbed;
             self.pushes.push(Push {
                 corners,
                 weights: pair.weights.map(R::of),
                 normal: pair.normal.map(R::of),
-                along: R::of(pair.stiffness - pair.rub),
-                rub: R::of(pair.rub),
+                along: R::of(pair.stiffness - pair.friction.rub()),
+                rub: R::of(pair.friction.rub()),
+                slides: pair.friction.slides().map_or(Vec3::zeros(), |(way, _)| way.map(R::of)),
                 given: given.map(R::of),
             });
         }
         for wall in walls.filter(|wall| wall.activity.pushes()) {
             let velocity = wide(&v[wall.particle as usize]);
-            let given = wall.normal * wall.impulse(&velocity, dt) - wall.along(&velocity) * wall.rub;
+            let rubbed = wall.friction.impulse(&wall.along(&velocity));
+            let given = wall.normal * wall.impulse(&velocity, dt) + rubbed;
             self.pushes.push(Push {
                 corners: [wall.particle; 4],
                 weights: [R::one(), R::zero(), R::zero(), R::zero()],
                 normal: wall.normal.map(R::of),
-                along: R::of(wall.stiffness - wall.rub),
-                rub: R::of(wall.rub),
+                along: R::of(wall.stiffness - wall.friction.rub()),
+                rub: R::of(wall.friction.rub()),
+                slides: wall.friction.slides().map_or(Vec3::zeros(), |(way, _)| way.map(R::of)),
                 given: given.map(R::of),
             });
         }
@@ -202,19 +206,20 @@ impl<R: Real> Push<R> {
                 u += p[*corner as usize].vector() * weight;
             }
         }
-        self.normal * (self.along * u.dot(&self.normal)) + u * self.rub
+        let across = u - self.slides * u.dot(&self.slides);
+        self.normal * (self.along * u.dot(&self.normal)) + across * self.rub
     }
 
     /// Adds its block of the diagonal at a weight.
     fn add_to(&self, block: &mut Symmetric3, weight: f64) {
-        let n = self.normal.map(R::to_f64);
+        let [n, s] = [self.normal, self.slides].map(|vector| vector.map(R::to_f64));
         let [along, rub] = [self.along, self.rub].map(|number| number.to_f64() * weight * weight);
-        block.xx += along * n.x * n.x + rub;
-        block.yy += along * n.y * n.y + rub;
-        block.zz += along * n.z * n.z + rub;
-        block.xy += along * n.x * n.y;
-        block.xz += along * n.x * n.z;
-        block.yz += along * n.y * n.z;
+        block.xx += along * n.x * n.x + rub * (1.0 - s.x * s.x);
+        block.yy += along * n.y * n.y + rub * (1.0 - s.y * s.y);
+        block.zz += along * n.z * n.z + rub * (1.0 - s.z * s.z);
+        block.xy += along * n.x * n.y - rub * s.x * s.y;
+        block.xz += along * n.x * n.z - rub * s.x * s.z;
+        block.yz += along * n.y * n.z - rub * s.y * s.z;
     }
 }
 

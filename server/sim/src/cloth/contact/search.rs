@@ -2,7 +2,7 @@
 
 use super::{
     pair::{Activity, Pair, is_clear, is_near},
-    ways::{Start, Ways, wide},
+    ways::{Start, Ways},
 };
 use crate::{
     cloth::layout::{Model, Surface},
@@ -27,16 +27,17 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Pairs of a sub-step that begins so, in a fixed order.
+    /// Pairs of a sub-step that begins so, in a fixed order; what lost its distance may get so much of it back (m).
     pub(crate) fn begin<R: Real>(
         &mut self,
         model: &Model<R>,
         surface: &Surface,
         start: Start<'_, R>,
+        regained: f64,
         pairs: &mut Vec<Pair>,
     ) -> Result<(), Crowded> {
         self.ways.predict(model, surface, start);
-        self.look(model, surface, start.v, pairs)
+        self.look(model, surface, regained, pairs)
     }
 
     /// Pairs for the ways to where a solve led; those that were known go on as they were.
@@ -44,14 +45,15 @@ impl Search {
         &mut self,
         model: &Model<R>,
         surface: &Surface,
-        (from, to): ([&[Padded<R>]; 2], &[Padded<R>]),
+        [from, to]: [&[Padded<R>]; 2],
+        regained: f64,
         pairs: &mut Vec<Pair>,
     ) -> Result<(), Crowded> {
         self.before.clear();
         self.before.extend(pairs.iter().filter(|pair| pair.activity != Activity::Idle));
         self.before.sort_unstable_by_key(|pair| pair.candidate);
-        self.ways.follow(model, from[0], to);
-        self.look(model, surface, from[1], pairs)?;
+        self.ways.follow(model, from, to);
+        self.look(model, surface, regained, pairs)?;
         for pair in pairs {
             if let Ok(place) = self.before.binary_search_by_key(&pair.candidate, |pair| pair.candidate) {
                 pair.go_on(&self.before[place]);
@@ -64,7 +66,7 @@ impl Search {
         &mut self,
         model: &Model<R>,
         surface: &Surface,
-        v: &[Padded<R>],
+        regained: f64,
         pairs: &mut Vec<Pair>,
     ) -> Result<(), Crowded> {
         let Self { tree, ways, candidates, looked, .. } = self;
@@ -90,12 +92,14 @@ impl Search {
         Own::whole(candidates.len(), GO).each(fields, |_, (looked, candidates)| {
             for (looked, candidate) in looked.iter_mut().zip(candidates) {
                 let corners = candidate.corners;
-                let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
-                let v = corners.map(|corner| wide(&v[corner as usize]));
-                let free = corners.map(|corner| ways.free(corner));
                 let [at, expected] = ways.starts_and_expected(&corners);
                 let room = ways.room(candidate.kind, &corners, &expected);
-                *looked = Pair::near(surface, *candidate, at, inv_m, (free, v), room);
+                *looked = Pair::near(surface, *candidate, at, (room, regained));
+                if let Some(pair) = looked {
+                    let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
+                    let free = corners.map(|corner| ways.free(corner));
+                    pair.begin(surface, [at, free], inv_m, |particle, share| ways.freely(particle, share));
+                }
             }
         });
         pairs.clear();

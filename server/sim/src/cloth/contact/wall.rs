@@ -1,45 +1,64 @@
 //! A particle and a collider as a pair: the solve knows colliders, else each step would press a pile together by its weight.
 //!
-//! Their rule after the solve stays; Coulomb's bound takes the impulse that the solve gave.
+//! Their rule after the solve stays; Coulomb's bound takes the impulse that the solve gave. What bounces is left to that rule.
 
 use super::{
-    pair::{Activity, CREEP, HARDER, PULL, REGAINED, SHORT, STIFFNESS},
+    friction::{Friction, Off, Seen},
+    pair::Activity,
+    rules::{ADDED, HARDER, SETTLING, SHORT, STIFFNESS},
     ways::{Ways, wide},
 };
 use crate::{
     cloth::layout::Model,
-    collide::{Collider, Felt, push_and_rub},
+    collide::{Approach, Collider, Felt, push_and_rub},
     math::{Padded, Real, Vec3, array3, vec3},
 };
 
-/// h times friction over speed, over the mass, at most: what sticks.
-const STUCK: f64 = 1e4;
+/// Speed (m/s) beyond which what a solve has of friction is cut off: what sticks.
+const STUCK: f64 = 10.0;
 /// Share of the thickness that a particle may be in a collider before its pair is made harder.
 const DEEP: f64 = 0.1;
-/// Change of friction, over both values, that calls for another solve.
-const RUB_CHANGE: f64 = 0.2;
+/// Cosine between two normals below which they are of different sides.
+const SAME_SIDE: f64 = 0.5;
 
 /// A particle near a collider in a sub-step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wall {
     pub(crate) particle: u32,
     pub(crate) collider: u32,
-    /// Out of the collider: a unit vector.
+    /// Distance from where it touches (m), and the way out of the collider, at the start.
+    gap: f64,
+    out: Vec3<f64>,
+    /// Out of the collider where they meet: a unit vector. The linear gap (m) there of what goes along with the surface, and the
+    /// velocity of that (m/s).
     pub(crate) normal: Vec3<f64>,
-    /// Velocity of the surface (m/s).
+    at_start: f64,
     pub(crate) velocity: Vec3<f64>,
-    /// Distance from where it touches at the start, and the gap that the solve aims at (m).
-    pub(crate) gap: f64,
+    /// The gap that the solve aims at (m).
     pub(crate) target: f64,
     /// h² k (kg).
     pub(crate) stiffness: f64,
     pub(crate) activity: Activity,
-    /// Friction: h times force over speed (kg).
-    pub(crate) rub: f64,
+    pub(super) friction: Friction,
+    /// Whether it bounces, which the rule after the solve does.
+    bounces: bool,
     /// How fast (m/s) the last solve pushed it.
     pub(crate) pushed: f64,
     /// By how much (m/s) its friction slowed it.
     slowed: Vec3<f64>,
+}
+
+/// A particle in a sub-step: where it begins, its way (m), and its velocities (m/s) at both ends.
+struct Goes {
+    at: Vec3<f64>,
+    way: Vec3<f64>,
+    v: [Vec3<f64>; 2],
+}
+
+impl Goes {
+    fn approach<'a>(&self, collider: &'a Collider, When { dt, end }: When) -> Approach<'a> {
+        Approach { collider, x: [self.at, self.at + self.way], v: self.v, dt, end }
+    }
 }
 
 /// When and for how long a sub-step is: its length and the time at its end (s).
@@ -55,8 +74,8 @@ impl Wall {
         model: &Model<R>,
         block: usize,
         colliders: &[Collider],
-        (x, ways): (&[Padded<R>], &Ways),
-        When { dt, end }: When,
+        ([x, v], ways): ([&[Padded<R>]; 2], &Ways),
+        when: When,
         out: &mut Vec<Self>,
     ) {
         let first = block * model.block_size;
@@ -67,43 +86,105 @@ impl Wall {
             }
             let (at, way, expected) = (wide(&x[row]), ways.free(row as u32), ways.expected(row as u32));
             for (number, collider) in colliders.iter().enumerate() {
-                let (distance, normal) = collider.distance(array3(&at), end - dt);
+                let (distance, normal) = collider.distance(array3(&at), when.end - when.dt);
                 let gap = distance - collider.margin;
-                let velocity = vec3(collider.velocity_at(array3(&at), end - dt));
-                let room = (expected - velocity * dt).norm() + ways.reach(row as u32);
+                let velocity = vec3(collider.velocity_at(array3(&at), when.end - when.dt));
+                let room = (expected - velocity * when.dt).norm() + ways.reach(row as u32);
                 if gap > room {
                     continue;
                 }
-                let relative = way - velocity * dt;
-                let normal = vec3(normal);
-                let target = if gap < 0.0 { gap - REGAINED * gap } else { 0.0 };
-                let approach = target - (gap + relative.dot(&normal));
+                let regained = (collider.recovery * when.dt).min(-gap);
                 let mut wall = Self {
                     particle: row as u32,
                     collider: number as u32,
-                    normal,
-                    velocity,
                     gap,
-                    target,
+                    out: vec3(normal),
+                    normal: vec3(normal),
+                    at_start: gap,
+                    velocity,
+                    target: if gap < 0.0 { gap + regained } else { 0.0 },
                     stiffness: STIFFNESS / inv_m,
                     activity: Activity::Idle,
-                    rub: 0.0,
+                    friction: Friction::default(),
+                    bounces: false,
                     pushed: 0.0,
                     slowed: Vec3::zeros(),
                 };
-                if approach > 0.0 {
-                    // As if it carried itself alone.
-                    wall.activity = Activity::Active;
-                    wall.rub = wall.rub_of(collider.friction, approach / dt, &(way / dt), inv_m);
-                }
+                wall.begin(collider, (at, wide(&v[row]), way), when, inv_m);
                 out.push(wall);
             }
         }
     }
 
+    /// Begins to push a particle at `at` (m), of a velocity (m/s), of an inverse mass (1/kg), that would meet on its way (m) without it.
+    fn begin(
+        &mut self,
+        collider: &Collider,
+        (at, v, way): (Vec3<f64>, Vec3<f64>, Vec3<f64>),
+        when: When,
+        inv_m: f64,
+    ) {
+        let goes = Goes { at, way, v: [v, way / when.dt] };
+        self.bounces = goes.approach(collider, when).bounces();
+        if !self.meets(collider, &goes, when) {
+            return;
+        }
+        let velocity = way / when.dt;
+        let short = self.target - self.gap_after(&velocity, when.dt);
+        if short > 0.0 {
+            self.activity = Activity::Active;
+            // As if it carried itself alone.
+            let bound = collider.friction * short / when.dt / inv_m;
+            if collider.friction > 0.0 {
+                let along = self.along(&velocity);
+                let came = self.along(&v).norm();
+                self.friction = Friction::guess(Seen { bound, along, came, mass: 1.0 / inv_m });
+            }
+        }
+    }
+
+    /// Puts it where a particle meets the collider on its way; whether it does so.
+    fn meets(&mut self, collider: &Collider, goes: &Goes, when: When) -> bool {
+        if self.bounces {
+            return false;
+        }
+        let end = goes.at + goes.way;
+        let (distance, normal) = collider.distance(array3(&end), when.end);
+        let (gap, at_end) = (distance - collider.margin, vec3::<f64>(normal));
+        if gap >= self.target {
+            return false;
+        }
+        self.velocity = vec3(collider.velocity_at(array3(&end), when.end));
+        let way = goes.way - self.velocity * when.dt;
+        let is_same_side = |normal: &Vec3<f64>| normal.dot(&at_end) > SAME_SIDE;
+        if is_same_side(&self.out) {
+            (self.normal, self.at_start) = (at_end, gap - way.dot(&at_end));
+            return true;
+        }
+        // It goes through an edge, or all of the solid: the side counts at which it came.
+        let meeting = if self.gap < 0.0 { None } else { goes.approach(collider, when).meets() };
+        let (normal, share) = meeting.unwrap_or((self.out, 0.0));
+        (self.normal, self.at_start) = if meeting.is_some() && is_same_side(&normal) {
+            (at_end, gap - way.dot(&at_end))
+        } else {
+            (normal, self.gap.min(0.0) - share * way.dot(&normal))
+        };
+        true
+    }
+
     /// The linear gap (m) after `dt` seconds with a velocity (m/s).
     pub(crate) fn gap_after(&self, velocity: &Vec3<f64>, dt: f64) -> f64 {
-        self.gap + dt * (velocity - self.velocity).dot(&self.normal)
+        self.at_start + dt * (velocity - self.velocity).dot(&self.normal)
+    }
+
+    /// Whether it is beyond what it aims at after `dt` seconds with a velocity (m/s).
+    pub(crate) fn pulls(&self, velocity: &Vec3<f64>, dt: f64) -> bool {
+        self.gap_after(velocity, dt) >= self.target
+    }
+
+    /// How much (m) of what was lost of the margin it gives back.
+    pub(crate) fn regained(&self) -> f64 {
+        (self.target - self.gap).max(0.0).min(-self.gap.min(0.0))
     }
 
     /// h times the force (N s) with which it pushes.
@@ -111,7 +192,7 @@ impl Wall {
         self.stiffness / dt * (self.target - self.gap_after(velocity, dt))
     }
 
-    /// Energy (J) of its push.
+    /// Energy (J) of its push, on both sides of its target as the solve has it.
     pub(crate) fn energy(&self, velocity: &Vec3<f64>, dt: f64) -> f64 {
         let short = self.target - self.gap_after(velocity, dt);
         0.5 * self.stiffness / (dt * dt) * short * short
@@ -123,46 +204,57 @@ impl Wall {
         relative - self.normal * relative.dot(&self.normal)
     }
 
-    /// Friction (kg) of a coefficient on a particle of mass 1 / `inv_m` that is pushed by so much (m/s) and ends with a velocity (m/s).
-    fn rub_of(&self, friction: f64, pushed: f64, velocity: &Vec3<f64>, inv_m: f64) -> f64 {
-        (friction * pushed.max(0.0) / self.along(velocity).norm().max(CREEP)).min(STUCK) / inv_m
-    }
-
-    /// Drops it where it pulls, adds it where it falls short, by shares of the thickness, hardens it where it is too deep before the round
-    /// `last`, and takes over friction of a coefficient for a particle of mass 1 / `inv_m`; whether that calls for another solve.
+    /// Looks at where the solve of a round leads: from where its particle begins (m), with which velocities (m/s) it begins and ends. Drops it where
+    /// it pulls, adds it where it falls short, by shares of the thickness, puts it where it meets, hardens it where it is too deep before the round
+    /// `last`, and takes over friction.
     pub(crate) fn review(
         &mut self,
-        (velocity, dt): (&Vec3<f64>, f64),
-        thickness: f64,
-        (friction, inv_m): (f64, f64),
+        collider: &Collider,
+        (at, v): (Vec3<f64>, [Vec3<f64>; 2]),
+        when: When,
+        (thickness, inv_m): (f64, f64),
         [round, last]: [u32; 2],
-    ) -> bool {
-        let before = self.rub;
-        if self.activity.pushes() {
-            self.rub = self.rub_of(friction, self.impulse(velocity, dt) * inv_m, velocity, inv_m);
+    ) -> (bool, Off) {
+        let (dt, velocity) = (when.dt, v[1]);
+        let (gap, pushed) = (self.gap_after(&velocity, dt), self.activity.pushes());
+        let push = if pushed { self.impulse(&velocity, dt).max(0.0) } else { 0.0 };
+        let goes = Goes { at, way: velocity * dt, v };
+        let meets = self.meets(collider, &goes, when);
+        let now = if meets { self.gap_after(&velocity, dt) } else { gap };
+        if !pushed {
+            let falls_short = meets && now < self.target - ADDED * thickness;
+            let next = if falls_short { self.activity.added() } else { self.activity };
+            let is_changed = next != self.activity;
+            self.activity = next;
+            return (is_changed, Off::default());
         }
-        let rubs_otherwise = round == 0 && (self.rub - before).abs() > RUB_CHANGE * (self.rub + before);
-        let gap = self.gap_after(velocity, dt);
-        let is_deep = self.activity.pushes() && gap < self.target - DEEP * thickness && round < last;
+        if !meets {
+            let next = self.activity.dropped((gap - self.target) / thickness, round);
+            let is_changed = next != self.activity;
+            if is_changed {
+                (self.activity, self.friction) = (next, Friction::default());
+            }
+            return (is_changed, Off::default());
+        }
+        let is_deep = now < self.target - DEEP * thickness && round < last;
         if is_deep {
             self.stiffness *= HARDER;
         }
-        let next = match self.activity {
-            Activity::Active if gap > self.target + PULL * thickness => Activity::Dropped,
-            Activity::Idle if gap < self.target - SHORT * thickness => Activity::Active,
-            Activity::Dropped if gap < self.target - SHORT * thickness => Activity::Again,
-            same => same,
+        let off = if collider.friction > 0.0 && round < SETTLING {
+            let bound = (collider.friction * push).min(STUCK / inv_m);
+            let [came, along] = [&v[0], &v[1]].map(|v| self.along(v));
+            let seen = Seen { bound, along, came: came.norm(), mass: 1.0 / inv_m };
+            self.friction.look(seen, round)
+        } else {
+            Off::default()
         };
-        if !next.pushes() {
-            self.rub = 0.0;
-        }
-        std::mem::replace(&mut self.activity, next) != next || rubs_otherwise || is_deep
+        (is_deep || (now - gap).abs() > SHORT * thickness, off)
     }
 
     /// Keeps how fast (m/s) the solve that led to a velocity (m/s) pushed the particle, of mass 1 / `inv_m`, and by how much it was slowed.
     pub(crate) fn keep_push(&mut self, velocity: &Vec3<f64>, dt: f64, inv_m: f64) {
         (self.pushed, self.slowed) = if self.activity.pushes() {
-            (self.impulse(velocity, dt) * inv_m, self.along(velocity) * (self.rub * inv_m))
+            (self.impulse(velocity, dt) * inv_m, self.friction.impulse(&self.along(velocity)) * -inv_m)
         } else {
             (0.0, Vec3::zeros())
         };

@@ -111,6 +111,12 @@ impl Ways {
         self.free[particle as usize]
     }
 
+    /// Where a particle is (m) after a share of its way without forces.
+    #[inline]
+    pub(crate) fn freely(&self, particle: u32, share: f64) -> Vec3<f64> {
+        self.starts[particle as usize] + self.free(particle) * share
+    }
+
     /// The way (m) that is expected of a particle.
     #[inline]
     pub(crate) fn expected(&self, particle: u32) -> Vec3<f64> {

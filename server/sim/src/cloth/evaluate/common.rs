@@ -25,11 +25,30 @@ pub(crate) struct PartSums {
     numbers: Vec<[f64; PIECE]>,
     /// Of each part.
     pub(crate) sums: Vec<Sums>,
+    /// Of each group of parts, where they push each other.
+    pub(crate) of_groups: Vec<Sums>,
+}
+
+impl PartSums {
+    /// Adds up what the parts of each of so many groups have; `group_of` is that of each part.
+    pub(crate) fn join(&mut self, group_of: &[u32], count: usize) {
+        self.of_groups.clear();
+        self.of_groups.resize(count, Sums::default());
+        for (group, sums) in group_of.iter().zip(&self.sums) {
+            self.of_groups[*group as usize].join(sums);
+        }
+    }
 }
 
 /// Sums over the rows of a part: three numbers of each vector, six of B.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sums([f64; PIECE]);
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self([0.0; PIECE])
+    }
+}
 
 /// The vectors among them.
 #[derive(Clone, Copy)]
@@ -75,6 +94,11 @@ impl Sums {
         (0..3).for_each(|c| self.0[first + c] += of[c]);
     }
 
+    /// Adds those of another part.
+    fn join(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(sum, number)| *sum += number);
+    }
+
     fn vector(&self, vector: Vector) -> Vec3<f64> {
         Vec3::from_column_slice(&self.0[3 * vector as usize..][..3])
     }
@@ -100,7 +124,7 @@ pub(crate) fn sums<R: Real>(
     numbers: &StepNumbers<R>,
     state: &State<R>,
     led: Led<'_, R>,
-    PartSums { pieces, numbers: totals, sums }: &mut PartSums,
+    PartSums { pieces, numbers: totals, sums, .. }: &mut PartSums,
 ) {
     let (parts, share) = (&model.parts, &model.share);
     pieces.resize(parts.starts().last().map_or(0, |end| *end as usize), [0.0; PIECE]);
@@ -264,45 +288,52 @@ pub(crate) struct Common {
     pub(crate) kinetic: [f64; 2],
     /// Mean velocity (m/s) of the pins.
     pub(crate) pins: Vec3<f64>,
-    /// Momentum (N s) of each part at the end.
+    /// Of each part: momentum (N s) at the end, and the velocity (m/s) from which it is seen where something holds it.
     pub(crate) momenta: Vec<Vec3<f64>>,
+    pub(crate) frames: Vec<Vec3<f64>>,
 }
 
 impl Common {
     /// Mean velocity (m/s) of the pins, from the sums of all parts.
-    fn pins<R: Real>(model: &Model<R>, sums: &[Sums]) -> Vec3<f64> {
+    pub(crate) fn pins<R: Real>(model: &Model<R>, sums: &[Sums]) -> Vec3<f64> {
         let count = model.parts.pins().len().max(1) as f64;
         sums.iter().map(|sums| sums.vector(Vector::Pins)).sum::<Vec3<f64>>() / count
     }
 
-    /// The velocity from which a part is seen (m/s): that of its pins, or its own.
-    fn frame(part: &Part, momentum: Vec3<f64>, pins: Vec3<f64>) -> Vec3<f64> {
-        if part.is_held { pins } else { momentum / part.mass }
+    /// The velocity from which a part is seen (m/s): that of what holds it, or its own.
+    fn frame(part: &Part, momentum: Vec3<f64>, held: Vec3<f64>) -> Vec3<f64> {
+        if part.is_held { held } else { momentum / part.mass }
     }
 
-    fn kinetic(parts: &[Part], momenta: impl Iterator<Item = Vec3<f64>>, pins: Vec3<f64>) -> f64 {
-        let of = |(part, momentum): (&Part, _)| kinetic_of(part, momentum, Self::frame(part, momentum, pins));
-        parts.iter().zip(momenta).map(of).sum()
+    fn kinetic(&self, parts: &[Part], momenta: impl Iterator<Item = Vec3<f64>>) -> f64 {
+        let of = |((part, momentum), frame): ((&Part, _), &Vec3<f64>)| {
+            kinetic_of(part, momentum, Self::frame(part, momentum, *frame))
+        };
+        parts.iter().zip(momenta).zip(&self.frames).map(of).sum()
     }
 
     /// Forgets what was known.
     pub(crate) fn clear(&mut self) {
-        let mut momenta = std::mem::take(&mut self.momenta);
+        let (mut momenta, mut frames) = (std::mem::take(&mut self.momenta), std::mem::take(&mut self.frames));
         momenta.clear();
-        *self = Self { momenta, ..Self::default() };
+        frames.clear();
+        *self = Self { momenta, frames, ..Self::default() };
     }
 
-    /// Takes over an implicit step, from the sums of its parts.
+    /// Takes over an implicit step, from the sums of its parts, which are seen from velocities (m/s) where something holds them, the pins from
+    /// their mean one.
     pub(crate) fn set_implicit<R: Real>(
         &mut self,
-        model: &Model<R>,
         numbers: &StepNumbers<R>,
-        sums: &[Sums],
+        (parts, sums): (&[Part], &[Sums]),
+        frames: impl Iterator<Item = Vec3<f64>>,
+        pins: Vec3<f64>,
     ) {
         self.clear();
-        let (parts, pins) = (model.parts.all(), Self::pins(model, sums));
-        self.descent = parts.iter().zip(sums).map(|(part, sums)| sums.descent(part, numbers, pins)).sum();
-        self.carried = parts.iter().zip(sums).map(|(part, sums)| sums.carried(part, numbers, pins)).sum();
+        self.frames.extend(frames);
+        let held = || parts.iter().zip(sums).zip(&self.frames);
+        self.descent = held().map(|((part, sums), frame)| sums.descent(part, numbers, *frame)).sum();
+        self.carried = held().map(|((part, sums), frame)| sums.carried(part, numbers, *frame)).sum();
         let loose = parts.iter().zip(sums).filter(|(part, _)| !part.is_held);
         let fallen = |(part, sums): (&Part, &Sums)| {
             let (before, end) = (sums.before(), sums.end(numbers));
@@ -311,13 +342,13 @@ impl Common {
         };
         [self.fallen, self.lost] =
             loose.map(fallen).fold([0.0; 2], |[a, b], [fallen, lost]| [a + fallen, b + lost]);
-        let pushed = |(part, sums): (&Part, &Sums)| {
-            Self::frame(part, sums.after(), pins).dot(&sums.vector(Vector::Push))
+        let pushed = |((part, sums), frame): ((&Part, &Sums), &Vec3<f64>)| {
+            Self::frame(part, sums.after(), *frame).dot(&sums.vector(Vector::Push))
         };
-        self.pushed = parts.iter().zip(sums).map(pushed).sum();
-        let before = Self::kinetic(parts, sums.iter().map(Sums::before), pins);
+        self.pushed = parts.iter().zip(sums).zip(&self.frames).map(pushed).sum();
+        let before = self.kinetic(parts, sums.iter().map(Sums::before));
         self.momenta.extend(sums.iter().map(|sums| sums.end(numbers)));
-        let after = Self::kinetic(parts, self.momenta.iter().copied(), pins);
+        let after = self.kinetic(parts, self.momenta.iter().copied());
         (self.kinetic, self.pins) = ([before, after], pins);
     }
 
@@ -325,9 +356,10 @@ impl Common {
     pub(crate) fn set_explicit<R: Real>(&mut self, model: &Model<R>, sums: &[Sums]) {
         self.clear();
         let (parts, pins) = (model.parts.all(), Self::pins(model, sums));
+        self.frames.resize(parts.len(), pins);
         self.momenta.extend(sums.iter().map(Sums::after));
-        let before = Self::kinetic(parts, sums.iter().map(Sums::before), pins);
-        let after = Self::kinetic(parts, self.momenta.iter().copied(), pins);
+        let before = self.kinetic(parts, sums.iter().map(Sums::before));
+        let after = self.kinetic(parts, self.momenta.iter().copied());
         (self.kinetic, self.pins) = ([before, after], pins);
     }
 
@@ -335,10 +367,10 @@ impl Common {
     /// seen from the surfaces that they touched, which move with a velocity (m/s); `sums` are those after contacts.
     pub(crate) fn kinetic_from(&self, parts: &[Part], sums: &[Sums], surfaces: Vec3<f64>) -> [f64; 2] {
         let mut kinetic = [0.0; 2];
-        for ((part, sums), without) in parts.iter().zip(sums).zip(&self.momenta) {
+        for (((part, sums), without), held) in parts.iter().zip(sums).zip(&self.momenta).zip(&self.frames) {
             let is_touched = sums.after() != *without;
             for (kinetic, momentum) in kinetic.iter_mut().zip([sums.before(), *without]) {
-                let frame = if is_touched { surfaces } else { Self::frame(part, momentum, self.pins) };
+                let frame = if is_touched { surfaces } else { Self::frame(part, momentum, *held) };
                 *kinetic += kinetic_of(part, momentum, frame);
             }
         }

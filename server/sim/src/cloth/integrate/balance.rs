@@ -4,7 +4,7 @@
 use super::update::Step;
 use crate::{
     cloth::{
-        evaluate::{Led, Shift, Workspace, sums},
+        evaluate::{Common, Led, Shift, Workspace, sums},
         layout::Model,
         state::State,
     },
@@ -90,18 +90,40 @@ impl<R: Real> Step<'_, R> {
         let (model, work) = (self.model, &mut *self.work);
         work.common.clear();
         work.lacking.clear();
-        // Surfaces that push each other apart give parts momentum too.
-        if model.thick_surface().is_some() || !Workspace::has_common_motion(model, self.state) {
+        if !Workspace::has_common_motion(model, self.state) {
             return false;
         }
-        let Workspace { numbers, of_parts, lacking, common, .. } = work;
+        let Workspace { numbers, of_parts, lacking, common, contact, .. } = work;
         sums(model, numbers, self.state, led, of_parts);
+        let pins = Common::pins(model, &of_parts.sums);
+        if model.thick_surface().is_some() {
+            // Parts that push each other have their momentum together.
+            let groups = &mut contact.groups;
+            groups.see_from(pins);
+            of_parts.join(groups.of_part(), groups.all.len());
+            for (part, sums) in groups.all.iter().zip(&mut of_parts.of_groups) {
+                let shift = sums.lacking(part, numbers).unwrap_or(Shift::NONE);
+                *sums = sums.shifted(part, numbers, shift.by);
+                common.momenta.push(shift.by);
+                work.cg.lower(shift.descent);
+            }
+            let shift_of = |group: &u32| Shift { by: common.momenta[*group as usize], descent: 0.0 };
+            lacking.extend(groups.of_part().iter().map(shift_of));
+            common.set_implicit(
+                numbers,
+                (&groups.all, &of_parts.of_groups),
+                groups.frames.iter().copied(),
+                pins,
+            );
+            return lacking.iter().any(|shift| shift.by != Vec3::zeros());
+        }
         for (part, sums) in model.parts.all().iter().zip(&mut of_parts.sums) {
             let shift = sums.lacking(part, numbers).unwrap_or(Shift::NONE);
             *sums = sums.shifted(part, numbers, shift.by);
             lacking.push(shift);
         }
-        common.set_implicit(model, numbers, &of_parts.sums);
+        let parts = model.parts.all();
+        common.set_implicit(numbers, (parts, &of_parts.sums), parts.iter().map(|_| pins), pins);
         lacking.iter().any(|shift| shift.by != Vec3::zeros())
     }
 }

@@ -33,6 +33,7 @@ pub(super) fn advance<R: Real>(
         when: When { dt: step.work.numbers.dt, end },
         gravity: step.work.numbers.gravity.map(R::to_f64),
         friction: settings.contact.friction,
+        recovery: settings.contact.recovery,
     };
     step.work.contact.begin(scene, &step.work.evaluation.rows)?;
     step.watch.lap(Stage::Collide);
@@ -53,6 +54,7 @@ pub(super) fn advance<R: Real>(
         }
         check(&report)?;
         told = Some(report);
+        step.balance_change();
         step.kick_by_dv_and_drift();
         if !step.has_finite_ends() {
             return Ok((report, Found::End, step.error_of_change()));

@@ -37,6 +37,8 @@ const BEYOND_SHARE: f64 = 1e-3;
 const MIDDLE_SHARE: f64 = 0.01;
 /// Share of the kinetic and elastic energy that may be owed for such midpoints, one after the other.
 const MIDDLE_OWED: f64 = 0.05;
+/// The same of steps in which surfaces push each other apart.
+const SURFACES_OWED: f64 = 1e-3;
 
 /// Roundings of sums in binary64 by which what parts do as a whole may be off.
 const WHOLE_ROUNDINGS: f64 = 64.0;
@@ -119,7 +121,7 @@ pub(crate) fn accept<R: Real>(
         Found::Iterate { inertia, potential, pin_work, .. } => (inertia, potential, pin_work),
     };
     let medium = numbers.scheme.h * (0.5 * own - along);
-    let PairEnergy { start, at_velocity, end, is_driven, has_any } = after.pairs;
+    let PairEnergy { start, at_velocity, end, given: by_pairs, has_any, .. } = after.pairs;
     let whole = inertia - common.descent;
     let fall = whole - change + old.potential() - potential - medium + pins + (start - end);
     let predicted = match after.found {
@@ -142,7 +144,7 @@ pub(crate) fn accept<R: Real>(
 
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
     let medium = numbers.dt * (along - own);
-    let given = medium + numbers.dt / numbers.scheme.h * pins + common.carried;
+    let given = medium + numbers.dt / numbers.scheme.h * pins + common.carried + by_pairs;
     let share = match after.found {
         Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
         Found::Middle { .. } => MIDDLE_SHARE,
@@ -154,15 +156,14 @@ pub(crate) fn accept<R: Real>(
     let moves = moved(old, first).max(moved(new, last));
     let room = match after.found {
         Found::Middle { .. } => (MIDDLE_OWED * moves - after.owed).max(0.0),
+        Found::End if has_any => (SURFACES_OWED * moves - after.owed).max(0.0),
         Found::Iterate { .. } | Found::End => f64::INFINITY,
     };
-    // What pairs give back of the thickness is theirs.
-    let given = given + (start - end).max(0.0);
     let limit = given + (share * predicted.max(0.0)).min(room) + rounding + left;
-    if gain > limit && !is_driven {
+    if gain > limit {
         return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
     }
-    let owes = matches!(after.found, Found::Middle { .. }) || has_any && !is_driven;
+    let owes = matches!(after.found, Found::Middle { .. }) || has_any;
     let limit = gain.max(given) + rounding;
     let at_rest = common.lost - (medium - numbers.dt * common.pushed).min(0.0);
     Ok(Allowance { given: given + rounding, at_rest, limit, owes, totals: [*old, *new] })

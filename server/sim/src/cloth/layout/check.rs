@@ -4,7 +4,7 @@ use crate::{
     cloth::{
         laws::Air,
         network::{Network, SpringLaw},
-        settings::{ClothSettings, SurfaceCheck},
+        settings::{ClothSettings, SurfaceCheck, SurfaceSettings},
     },
     time_step::TimeStep,
 };
@@ -52,6 +52,13 @@ fn check_triangles(network: &Network, settings: &ClothSettings) -> Result<(), St
     let friction = settings.contact.friction;
     if !friction.is_finite() || friction < 0.0 {
         return Err(format!("the friction of its surface is {friction}: a finite number from 0 is needed"));
+    }
+    let recovery = settings.contact.recovery;
+    if !(0.0..=SurfaceSettings::MOST_RECOVERY).contains(&recovery) {
+        return Err(format!(
+            "the recovery of its surface is {recovery}: 0 to {} are allowed",
+            SurfaceSettings::MOST_RECOVERY
+        ));
     }
     if let Some(message) = network.invalid_thickness(settings) {
         return Err(format!("its thickness {message}"));

@@ -1,0 +1,101 @@
+//! Parts of a cloth that push each other, as one: what a group of them does as a whole follows from what acts on it from outside, like
+//! what a part alone does, unless pins hold it or a collider pushes it.
+
+use super::{pair::Pair, wall::Wall};
+use crate::{
+    cloth::layout::{Model, Part},
+    math::{Real, Vec3},
+};
+
+/// The groups of a solve.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Groups {
+    /// Of each part another one of its group, up to the first.
+    towards: Vec<u32>,
+    /// The group of each part.
+    of_part: Vec<u32>,
+    /// What is known of each group: it is held by pins, or by colliders.
+    pub(crate) all: Vec<Part>,
+    /// Mass (kg) of particles that colliders push, and that times the velocities (kg m/s) of their surfaces.
+    touched: Vec<(f64, Vec3<f64>)>,
+    has_pins: Vec<bool>,
+    /// The velocity (m/s) from which a group is seen: of one that is held, that of its pins, or of the colliders that push it.
+    pub(crate) frames: Vec<Vec3<f64>>,
+}
+
+impl Groups {
+    /// Takes over which parts push each other, and which of them colliders push.
+    pub(super) fn find<'a, R: Real>(
+        &mut self,
+        model: &Model<R>,
+        pairs: &[Pair],
+        walls: impl Iterator<Item = &'a Wall>,
+    ) {
+        let parts = model.parts.all();
+        self.towards.clear();
+        self.towards.extend(0..parts.len() as u32);
+        for pair in pairs.iter().filter(|pair| parts.len() > 1 && pair.activity.pushes()) {
+            let [first, .., last] = pair.candidate.corners.map(|corner| model.parts.of_row(corner as usize));
+            let (one, other) = (self.first_of(first), self.first_of(last));
+            self.towards[one.max(other)] = one.min(other) as u32;
+        }
+        self.of_part.clear();
+        self.has_pins.clear();
+        self.all.clear();
+        self.touched.clear();
+        for (number, part) in parts.iter().enumerate() {
+            let first = self.first_of(number);
+            let group = if first == number {
+                self.all.push(Part::default());
+                self.touched.push((0.0, Vec3::zeros()));
+                self.has_pins.push(false);
+                self.all.len() as u32 - 1
+            } else {
+                self.of_part[first]
+            };
+            self.of_part.push(group);
+            let group = group as usize;
+            let all = &mut self.all[group];
+            (all.mass, all.count) = (all.mass + part.mass, all.count + part.count);
+            all.is_held |= part.is_held;
+            self.has_pins[group] |= part.is_held;
+        }
+        for wall in walls.filter(|wall| wall.activity.pushes()) {
+            let row = wall.particle as usize;
+            let group = self.of_row(model, row);
+            let (mass, along) = &mut self.touched[group];
+            let m = model.m[row].to_f64();
+            (*mass, *along) = (*mass + m, *along + wall.velocity * m);
+            self.all[group].is_held = true;
+        }
+        self.frames.clear();
+        self.frames.resize(self.all.len(), Vec3::zeros());
+    }
+
+    fn first_of(&self, part: usize) -> usize {
+        let mut part = part;
+        while self.towards[part] as usize != part {
+            part = self.towards[part] as usize;
+        }
+        part
+    }
+
+    /// The group of a row.
+    pub(super) fn of_row<R: Real>(&self, model: &Model<R>, row: usize) -> usize {
+        self.of_part[model.parts.of_row(row)] as usize
+    }
+
+    /// The group of each part.
+    pub(crate) fn of_part(&self) -> &[u32] {
+        &self.of_part
+    }
+
+    /// Sees each group from what holds it, where the pins move with a mean velocity (m/s).
+    pub(crate) fn see_from(&mut self, pins: Vec3<f64>) {
+        for ((frame, (mass, along)), has_pins) in
+            self.frames.iter_mut().zip(&self.touched).zip(&self.has_pins)
+        {
+            *frame = if *has_pins || *mass == 0.0 { pins } else { along / *mass };
+        }
+    }
+}
