@@ -1,6 +1,5 @@
 //! A stiff sheet with ripples that hangs by two corners, step by step by Newton's method; and a sheet that is squeezed.
 
-use nappe_scene::{NoMeshes, Scene as SceneText, SceneLimits};
 use nappe_sim::{
     cloth::{ElementKind, ElementList, Hessian, Integrator, Minimizer, NewtonSettings, SpringLaw},
     linalg::{Outcome, PreconditionerKind, SolverSettings},
@@ -11,7 +10,7 @@ use nappe_sim::{
 use nappe_tests::{
     Method, Scene,
     networks::{sheet, sheet_rules},
-    scene::{advance, positions},
+    scene::{advance, of_text, positions},
 };
 
 /// A rippled sheet of `grid` particles, whose body has further keys.
@@ -32,9 +31,7 @@ pub(crate) fn rippled([columns, rows]: [u32; 2], keys: &str) -> Simulation {
         springs = {{ stretch = {{ stiffness = 12000 }}, shear = {{ stiffness = 12000 }}, bend = {{ stiffness = 300 }} }}
         "#
     );
-    let scene = SceneText::parse(&text, "rippled").unwrap_or_else(|error| panic!("{error}"));
-    let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
-    Simulation::new(&built.setup, Precision::F64).expect("a good scene").0
+    of_text(&text, Precision::F64)
 }
 
 /// Takes steps of a rippled sheet of `grid` particles, each of which must converge in so many iterates.

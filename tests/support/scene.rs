@@ -1,6 +1,8 @@
 //! Worlds of one body, as the gallery of stability has them, and their runs.
 
+use nappe_scene::{NoMeshes, Scene as SceneText, SceneLimits};
 use nappe_sim::{
+    math::Precision,
     report::{NoStopwatch, StepError, StepReport},
     world::Simulation,
 };
@@ -10,6 +12,16 @@ pub use nappe_study::gallery::scene::{
 };
 
 use crate::threads::on_one_thread;
+
+/// The simulation of a scene file that names no mesh.
+///
+/// # Panics
+/// When it is refused.
+pub fn of_text(text: &str, precision: Precision) -> Simulation {
+    let scene = SceneText::parse(text, "scene").unwrap_or_else(|error| panic!("{error}"));
+    let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
+    Simulation::new(&built.setup, precision).expect("a good scene").0
+}
 
 /// Takes `count` steps or stops at the first failure; gives the last report.
 ///

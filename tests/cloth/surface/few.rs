@@ -11,7 +11,7 @@ use nappe_tests::{
     networks::{particles, spring},
     scene::{advance, positions, try_advance},
     sheets::{Sheet, together},
-    surface::{DT, scene},
+    surface::{DT, GRAVITY, scene},
 };
 
 /// What surfaces keep (m).
@@ -159,5 +159,23 @@ fn a_corner_between_pins_does_not_fly_off_to_give_back_what_only_they_could() {
         // Three times what may be given back in the step; a hundred times would be alone.
         let most = 3.0 * SurfaceSettings::DEFAULT_RECOVERY * DT;
         assert!(way > 0.1 * most && way < 1.01 * most, "{precision}: {way} m down, at most {most} m");
+    }
+}
+
+#[test]
+fn a_pair_at_rest_lies_as_deep_as_what_it_carries_over_its_stiffness() {
+    // A corner that hangs on nothing, over a triangle of pins.
+    let mut tip = triangle([[1e-3, THICKNESS, 2e-3], [0.0, 0.03, 0.0], [4e-3, 0.03, 0.0]]);
+    tip.pins = vec![1, 2];
+    let table = pinned(triangle([[-0.04, 0.0, -0.03], [0.04, 0.0, -0.03], [0.0, 0.0, 0.04]]));
+    let network = together(&[tip, table]);
+    for dt in [0.02, 5e-3, 1e-3] {
+        let mut scene = scene(network.clone(), THICKNESS, 0.0);
+        scene.dt = dt;
+        let mut simulation = scene.simulate(Precision::F64);
+        advance(&mut simulation, 50);
+        let lost = THICKNESS - positions(&simulation)[0][1];
+        let expected = GRAVITY * dt * dt / 100.0;
+        assert!((lost / expected - 1.0).abs() < 1e-6, "steps of {dt} s: {lost} m, not {expected}");
     }
 }

@@ -10,5 +10,8 @@ mod linked;
 mod closing;
 mod meeting;
 mod friction;
+mod sliding;
+mod apart;
+pub(crate) mod energy;
 mod bodies;
 mod calls;

@@ -239,6 +239,10 @@ impl Pair {
             }
             return look;
         }
+        if friction > 0.0 && round < SETTLING {
+            let seen = self.seen(friction * push, [&way, &self.relative(&came)], dt);
+            look.off = self.friction.look(seen, round);
+        }
         let Some(place) = place else {
             // What meets nothing where it was led has nothing to push, but pulls nothing.
             let pull = if gap < self.target { SHORT } else { (gap - self.target) / self.thickness };
@@ -250,10 +254,6 @@ impl Pair {
         };
         if round < last && gap < THIN * self.thickness.min(self.gap) {
             (self.hardness, look.is_changed) = (self.hardness * HARDER, true);
-        }
-        if friction > 0.0 && round < SETTLING {
-            let seen = self.seen(friction * push, [&way, &self.relative(&came)], dt);
-            look.off = self.friction.look(seen, round);
         }
         self.put(&place, &ways, inv_m);
         look.is_changed |= (self.gap_after(&self.relative(&ways)) - gap).abs() > SHORT * self.thickness;

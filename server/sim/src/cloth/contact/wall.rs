@@ -42,8 +42,9 @@ pub(crate) struct Wall {
     pub(super) friction: Friction,
     /// Whether it bounces, which the rule after the solve does.
     bounces: bool,
-    /// How fast (m/s) the last solve pushed it.
+    /// How fast (m/s) the last solve pushed it, and along which normal.
     pub(crate) pushed: f64,
+    pushed_along: Vec3<f64>,
     /// By how much (m/s) its friction slowed it.
     slowed: Vec3<f64>,
 }
@@ -108,6 +109,7 @@ impl Wall {
                     friction: Friction::default(),
                     bounces: false,
                     pushed: 0.0,
+                    pushed_along: Vec3::zeros(),
                     slowed: Vec3::zeros(),
                 };
                 wall.begin(collider, (at, wide(&v[row]), way), when, inv_m);
@@ -228,18 +230,6 @@ impl Wall {
             self.activity = next;
             return (is_changed, Off::default());
         }
-        if !meets {
-            let next = self.activity.dropped((gap - self.target) / thickness, round);
-            let is_changed = next != self.activity;
-            if is_changed {
-                (self.activity, self.friction) = (next, Friction::default());
-            }
-            return (is_changed, Off::default());
-        }
-        let is_deep = now < self.target - DEEP * thickness && round < last;
-        if is_deep {
-            self.stiffness *= HARDER;
-        }
         let off = if collider.friction > 0.0 && round < SETTLING {
             let bound = (collider.friction * push).min(STUCK / inv_m);
             let [came, along] = [&v[0], &v[1]].map(|v| self.along(v));
@@ -248,11 +238,24 @@ impl Wall {
         } else {
             Off::default()
         };
+        if !meets {
+            let next = self.activity.dropped((gap - self.target) / thickness, round);
+            let is_changed = next != self.activity;
+            if is_changed {
+                (self.activity, self.friction) = (next, Friction::default());
+            }
+            return (is_changed, off);
+        }
+        let is_deep = now < self.target - DEEP * thickness && round < last;
+        if is_deep {
+            self.stiffness *= HARDER;
+        }
         (is_deep || (now - gap).abs() > SHORT * thickness, off)
     }
 
     /// Keeps how fast (m/s) the solve that led to a velocity (m/s) pushed the particle, of mass 1 / `inv_m`, and by how much it was slowed.
     pub(crate) fn keep_push(&mut self, velocity: &Vec3<f64>, dt: f64, inv_m: f64) {
+        self.pushed_along = self.normal;
         (self.pushed, self.slowed) = if self.activity.pushes() {
             (self.impulse(velocity, dt) * inv_m, self.friction.impulse(&self.along(velocity)) * -inv_m)
         } else {
@@ -273,7 +276,7 @@ impl Wall {
         let left = self.pushed.max(0.0) - self.slowed.norm() / collider.friction;
         let push = if left > 0.0 { left } else { 0.0 };
         let slowing = push_and_rub(collider, &(*v - self.velocity), &self.normal, push) - self.normal * push;
-        let given = self.normal * self.pushed - self.slowed + slowing;
+        let given = self.pushed_along * self.pushed - self.slowed + slowing;
         felt.take(collider, array3(&(given / inv_m)), array3(x), array3(&self.velocity));
         if slowing == Vec3::zeros() {
             return false;
