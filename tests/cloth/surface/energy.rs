@@ -103,3 +103,78 @@ pub(crate) fn meetings(seeds: std::ops::Range<u64>) {
 fn free_sheets_that_meet_at_random_gain_no_energy_and_keep_their_momentum() {
     meetings(0..40);
 }
+
+/// A plate that comes at one or two sheets, straight.
+struct Plate {
+    text: String,
+    dt: f64,
+    velocity: [f64; 3],
+    gravity: f64,
+}
+
+impl Plate {
+    fn new(seed: u64) -> Self {
+        let mut random = Random::seeded(seed);
+        let (dt, speed) = (random.decades(1e-3, 2e-2), random.decades(0.05, 5.0));
+        let velocity = [speed * random.number() * f64::from(random.whole(0, 1)), speed, 0.0];
+        let friction = 0.3 * f64::from(random.whole(0, 1));
+        let gravity = -9.81 * f64::from(random.whole(0, 1));
+        let sheet = |layer: u32| {
+            let at = f64::from(layer);
+            format!(
+                "[[body]]\nname = \"sheet {layer}\"\nmesh = {{ grid = [{SIDE}, {SIDE}], spacing = 0.02 }}\n\
+                 transform = {{ translate = [{}, {}, -0.08] }}\nmass = {{ density = 0.2 }}\nthickness = 0.004\n\
+                 springs = {{ stretch = {{ stiffness = 400, damping = 0.05 }}, shear = {{ stiffness = 120, damping = 0.02 }}, \
+                 bend = {{ stiffness = 4, damping = 0.004 }} }}\n",
+                0.003 * at - 0.08,
+                0.006 * at + 0.006
+            )
+        };
+        let sheets: String = (0..=random.whole(0, 1)).map(sheet).collect();
+        let text = format!(
+            "version = 1\ndt = {dt}\ngravity = [0, {gravity}, 0]\ncontact = {{ friction = {friction} }}\n{sheets}\
+             [[collider]]\nname = \"plate\"\nbox = {{ center = [0, -0.05, 0], size = [0.3, 0.09, 0.3] }}\nmargin = 0.003\n\
+             friction = {friction}\nvelocity = {velocity:?}\n"
+        );
+        Self { text, dt, velocity, gravity }
+    }
+}
+
+#[test]
+fn a_plate_that_moves_gives_its_load_times_its_way_and_all_of_the_momentum() {
+    for seed in 0..40 {
+        let plate = Plate::new(seed);
+        let mut simulation = of_text(&plate.text, Precision::F64);
+        let start = simulation.diagnose().total_energy();
+        let (mut work, mut impulse, mut moved) = (0.0, 0.0, 0.0_f64);
+        for step in 1..=20 {
+            let report =
+                try_advance(&mut simulation, 1).unwrap_or_else(|error| panic!("plate {seed}: {error}"));
+            for load in report.loads.iter() {
+                work -= plate.dt * (0..3).map(|c| load.force[c] * plate.velocity[c]).sum::<f64>();
+                impulse -= plate.dt * load.force[1];
+            }
+            let now = simulation.diagnose();
+            moved = moved.max(now.kinetic_energy);
+            let gained = now.total_energy() - start - work;
+            assert!(
+                gained <= 1e-3 * moved.max(work.abs()),
+                "plate {seed}, step {step}: {gained} J\n{}",
+                plate.text
+            );
+            let weight = plate.gravity * f64::from(step) * plate.dt * sheets_mass(&plate.text);
+            let off = (now.momentum[1] - impulse - weight).abs();
+            let most = impulse.abs().max(weight.abs());
+            assert!(
+                off <= 1e-6 * most,
+                "plate {seed}, step {step}: off by {off} of {most} N s\n{}",
+                plate.text
+            );
+        }
+    }
+}
+
+/// The mass (kg) of the sheets of a plate.
+fn sheets_mass(text: &str) -> f64 {
+    text.matches("[[body]]").count() as f64 * 0.2 * (0.02 * (SIDE - 1) as f64).powi(2)
+}

@@ -48,3 +48,17 @@ fn a_thickness_above_half_of_the_shortest_edge_is_refused_with_both() {
         }
     }
 }
+
+#[test]
+fn surfaces_that_touch_at_the_start_are_refused_with_the_remedy() {
+    // Side by side, so that the last column of one is the first of the other; a nanometre apart they are taken.
+    let beside = |gap: f64| {
+        let sheet =
+            |at: f64| Sheet { origin: [at, 0.0, 0.0], ..Sheet::level(4, 0.05, [0.0; 3], 0.0) }.network();
+        scene(together(&[sheet(0.0), sheet(0.15 + gap)]), 4e-3, 0.0)
+    };
+    let error = Simulation::new(&beside(0.0).setup(), Precision::F64).expect_err("it touches").to_string();
+    assert!(error.contains("touches itself") && error.contains("weld = 1e-6"), "{error}");
+    let made = Simulation::new(&beside(1e-9).setup(), Precision::F64);
+    assert!(made.is_ok(), "{:?}", made.err());
+}

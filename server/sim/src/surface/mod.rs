@@ -11,6 +11,7 @@ mod separation;
 mod beside;
 mod bounds;
 mod tree;
+mod touching;
 mod predicates;
 mod crossings;
 
@@ -20,6 +21,7 @@ pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangl
 pub use faces::Faces;
 pub use predicates::crosses;
 pub use separation::{between_middles, gap_along};
+pub use touching::touching;
 pub use tree::{Candidate, Crowded, Tree, Wanted};
 
 #[cfg(test)]

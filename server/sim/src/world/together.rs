@@ -80,10 +80,14 @@ fn shared(body: &BodySetup) -> [(&'static str, String); 15] {
     ]
 }
 
-/// Refuses surfaces with a thickness that cross themselves or each other at the start.
+/// Refuses surfaces with a thickness that cross or touch themselves or each other at the start.
 pub(super) fn check_apart(group: &[Member<'_>], joined: &Joined<'_>) -> Result<(), SetupError> {
-    let crossed = if joined.whole.thickness > 0.0 { joined.whole.crossed() } else { None };
-    let Some(Crossed { count, edge: [p, q], triangle: [a, b, c] }) = crossed else { return Ok(()) };
+    if joined.whole.thickness == 0.0 {
+        return Ok(());
+    }
+    let Some(Crossed { count, edge: [p, q], triangle: [a, b, c] }) = joined.whole.crossed() else {
+        return joined.whole.touching().map_or(Ok(()), |touching| Err(touched(group, joined, touching)));
+    };
     for (body, _) in group {
         if let Some(crossed) = body.network.crossed() {
             let message =
@@ -101,4 +105,17 @@ pub(super) fn check_apart(group: &[Member<'_>], joined: &Joined<'_>) -> Result<(
          particles {p} and {q} crosses the triangle of {a}, {b} and {c} there ({count} pairs of an edge and a triangle cross in all)"
     );
     Err(SetupError::Body { body: one.clone(), message })
+}
+
+/// That parts touch that have these particles.
+fn touched(group: &[Member<'_>], joined: &Joined<'_>, particles: [u32; 2]) -> SetupError {
+    let parts = particles.map(|particle| joined.part_of(particle));
+    let [p, q] = [0, 1].map(|i| particles[i] - joined.particles(parts[i]).start);
+    let [one, other] = parts.map(|part| &group[part].0.name);
+    let whose = if one == other { "itself".to_owned() } else { format!("that of body '{other}'") };
+    let message = format!(
+        "it has a thickness, and its surface touches {whose} at the start, at particles {p} and {q} there: what touches has no side \
+         to be kept on (leave a gap, or join points in one place by weld = 1e-6)"
+    );
+    SetupError::Body { body: one.clone(), message }
 }

@@ -25,7 +25,7 @@ pub(super) const NAMES: [&str; 12] = [
     "certificates that look at ends before they are rounded",
     "boxes of surfaces without their ways",
     "pairs that are not looked for again where particles end elsewhere",
-    "pairs that are dropped whenever they pull",
+    "pairs that are dropped once and pull for ever after",
     "colliders left out of the solve of surfaces",
     "a bound on triangles beside each other blind to folds",
     "pairs looked for within their thickness, whatever their ways",
@@ -37,18 +37,17 @@ pub(super) const NAMES: [&str; 12] = [
 
 /// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
-pub(super) const PATCHES: [Patch; 14] = [
-    expression(201, "cloth/contact/rounds.rs", "!is_safe(pair, at(&state.x), end, floor)", "false"),
-    text(202, "cloth/contact/rounds.rs", "                let end = at(&ends[0]);", "                let mut end = at(&ends[0]);\n                if crate::mutant(202) { end = at(&state.x); for (x, v) in end.iter_mut().zip(at(&next.v)) { *x += v * dt; } }"),
+pub(super) const PATCHES: [Patch; 13] = [
+    expression(201, "cloth/contact/rounds.rs", "!is_safe(pair, start, end, floor)", "false"),
+    text(202, "cloth/contact/rounds.rs", "                let (start, end) = (at(&state.x), at(&ends[0]));", "                let (start, mut end) = (at(&state.x), at(&ends[0]));\n                if crate::mutant(202) { end = at(&state.x); for (x, v) in end.iter_mut().zip(at(&next.v)) { *x += v * dt; } }"),
     expression(202, "cloth/contact/rounds.rs", "FLOOR * R::ROUNDING * largest", "0.0"),
     expression(203, "cloth/contact/ways.rs", "x + expectedly", "x"),
     expression(204, "cloth/contact/rounds.rs", "self.search.ways.left(&self.ends[0][..model.count])", "None"),
-    expression(205, "cloth/contact/pair.rs", "self.activity == Activity::Active", "true"),
-    text(205, "cloth/contact/wall.rs", "            Activity::Active if gap > self.target + PULL * thickness => Activity::Dropped,", "            Activity::Active if gap > self.target + PULL * thickness => Activity::Dropped,\n            Activity::Again if crate::mutant(205) && gap > self.target + PULL * thickness => Activity::Dropped,"),
-    text(206, "cloth/contact/rounds.rs", "                Wall::list(model, block, colliders, (&state.x, &search.ways), when, walls);", "                if !crate::mutant(206) { Wall::list(model, block, colliders, (&state.x, &search.ways), when, walls); }"),
+    expression(205, "cloth/contact/pair.rs", "pull > SHORT && round >= LATE", "false"),
+    text(206, "cloth/contact/rounds.rs", "                Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), when, walls);", "                if !crate::mutant(206) { Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), when, walls); }"),
     expression(207, "surface/beside.rs", "stretch * least - deviation.sqrt()", "stretch * least"),
     expression(208, "cloth/contact/ways.rs", "furthest(kind, expected) + (self.reach(corners[0]) + self.reach(corners[3]))", "self.reach(corners[0]) + self.reach(corners[3])"),
-    text(209, "cloth/contact/rounds.rs", "        let Scene { state, when: When { dt, .. }, friction, .. } = scene;", "        let Scene { state, when: When { dt, .. }, friction, .. } = scene;\n        let friction = if crate::mutant(209) { 0.0 } else { friction };"),
+    text(209, "cloth/contact/rounds.rs", "        let Scene { model, surface, state, when: When { dt, .. }, friction, .. } = scene;", "        let Scene { model, surface, state, when: When { dt, .. }, friction, .. } = scene;\n        let friction = if crate::mutant(209) { 0.0 } else { friction };"),
     expression(210, "cloth/judge/accept.rs", "after.pairs", "PairEnergy { start: 0.0, at_velocity: 0.0, end: 0.0, ..after.pairs }"),
     expression(211, "cloth/layout/surface.rs", "0.5 * (one + other)", "one"),
     expression(212, "world/cloth_parameters.rs", "parameters.laws[part.laws.clone()].iter_mut()", "parameters.laws.iter_mut()"),

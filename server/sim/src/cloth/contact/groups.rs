@@ -3,7 +3,7 @@
 
 use super::{pair::Pair, wall::Wall};
 use crate::{
-    cloth::layout::{Model, Part},
+    cloth::layout::{Model, Part, Pushed},
     math::{Real, Vec3},
 };
 
@@ -19,6 +19,7 @@ pub(crate) struct Groups {
     /// Mass (kg) of particles that colliders push, and that times the velocities (kg m/s) of their surfaces.
     touched: Vec<(f64, Vec3<f64>)>,
     has_pins: Vec<bool>,
+    pushed: Vec<Pushed>,
     /// The velocity (m/s) from which a group is seen: of one that is held, that of its pins, or of the colliders that push it.
     pub(crate) frames: Vec<Vec3<f64>>,
 }
@@ -83,6 +84,28 @@ impl Groups {
     /// The group of a row.
     pub(super) fn of_row<R: Real>(&self, model: &Model<R>, row: usize) -> usize {
         self.of_part[model.parts.of_row(row)] as usize
+    }
+
+    /// Takes over what walls push each group with in steps of `dt` (s), where particles go at velocities (m/s).
+    pub(super) fn feel<'a, R: Real>(
+        &mut self,
+        model: &Model<R>,
+        walls: impl Iterator<Item = &'a Wall>,
+        (velocity, dt): (impl Fn(usize) -> Vec3<f64>, f64),
+    ) {
+        self.pushed.clear();
+        self.pushed.resize(self.all.len(), Pushed::default());
+        for wall in walls.filter(|wall| wall.activity.pushes()) {
+            let row = wall.particle as usize;
+            let (pushed, group) = (wall.pushed(&velocity(row), dt), self.of_row(model, row));
+            let sum = &mut self.pushed[group];
+            (sum.impulse, sum.matrix) = (sum.impulse + pushed.impulse, sum.matrix + pushed.matrix);
+        }
+    }
+
+    /// What colliders push a group with; nothing is known of one that pins hold.
+    pub(crate) fn pushed(&self, group: usize) -> Option<&Pushed> {
+        if self.has_pins[group] { None } else { Some(&self.pushed[group]) }
     }
 
     /// The group of each part.

@@ -207,7 +207,8 @@ impl Pair {
         0.5 * self.stiffness / (dt * dt) * short * short
     }
 
-    /// Looks at where the solve of a round leads, from where its corners begin, their ways (m) in `dt` (s) and the velocities (m/s) that they came with: drops what pulls, adds what falls short, puts it where it meets, hardens what is too thin before the round `last`, and takes
+    /// Looks at where the solve of a round leads, from where its corners begin, their ways (m) in `dt` (s) and the velocities (m/s) that they came
+    /// with: drops what pulls, adds what falls short, puts it where it meets, hardens what is too thin before the round `last`, and takes
     /// over friction of a coefficient.
     pub(crate) fn review(
         &mut self,

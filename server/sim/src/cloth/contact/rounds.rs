@@ -123,6 +123,11 @@ impl<R: Real> Contact<R> {
         self.groups.find(model, &self.pairs, self.walls.iter().flatten());
     }
 
+    /// Takes over what colliders push each group with, where a solve leads to velocities (m/s).
+    pub(crate) fn feel(&mut self, model: &Model<R>, velocity: impl Fn(usize) -> Vec3<f64>, dt: f64) {
+        self.groups.feel(model, self.walls.iter().flatten(), (velocity, dt));
+    }
+
     /// Looks at where a solve leads.
     ///
     /// # Errors

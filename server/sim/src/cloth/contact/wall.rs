@@ -9,9 +9,9 @@ use super::{
     ways::{Ways, wide},
 };
 use crate::{
-    cloth::layout::Model,
+    cloth::layout::{Model, Pushed},
     collide::{Approach, Collider, Felt, push_and_rub},
-    math::{Padded, Real, Vec3, array3, vec3},
+    math::{Mat3, Padded, Real, Vec3, array3, vec3},
 };
 
 /// Speed (m/s) beyond which what a solve has of friction is cut off: what sticks.
@@ -192,6 +192,17 @@ impl Wall {
     /// h times the force (N s) with which it pushes.
     pub(crate) fn impulse(&self, velocity: &Vec3<f64>, dt: f64) -> f64 {
         self.stiffness / dt * (self.target - self.gap_after(velocity, dt))
+    }
+
+    /// What it pushes with at a velocity (m/s), friction with it.
+    pub(crate) fn pushed(&self, velocity: &Vec3<f64>, dt: f64) -> Pushed {
+        let across = self.normal * self.normal.transpose();
+        let way = self.friction.slides().map_or(Vec3::zeros(), |(way, _)| way);
+        let beside = Mat3::identity() - across - way * way.transpose();
+        Pushed {
+            impulse: self.normal * self.impulse(velocity, dt) + self.friction.impulse(&self.along(velocity)),
+            matrix: across * self.stiffness + beside * self.friction.rub(),
+        }
     }
 
     /// Energy (J) of its push, on both sides of its target as the solve has it.

@@ -8,7 +8,7 @@
 use super::{external::symmetric, numbers::StepNumbers};
 use crate::{
     cloth::{
-        layout::{Model, Part},
+        layout::{Model, Part, Pushed},
         state::State,
     },
     math::{LANES, Mat3, Padded, Real, Sixteen, Vec3},
@@ -79,7 +79,7 @@ pub(crate) enum Led<'a, R> {
 }
 
 impl<R: Real> Led<'_, R> {
-    fn of(&self, row: usize) -> Vec3<f64> {
+    pub(crate) fn of(&self, row: usize) -> Vec3<f64> {
         let wide = |field: &[Padded<R>]| field[row].vector().map(R::to_f64);
         match self {
             Self::ByChange { from, dv } => wide(from) + dv[row / LANES].get(row % LANES).map(R::to_f64),
@@ -214,12 +214,19 @@ impl Sums {
     /// What the momentum of a part lacks to balance what acts on it from outside, as a velocity of all of it; none of what pins
     /// hold.
     pub(crate) fn lacking<R: Real>(&self, part: &Part, numbers: &StepNumbers<R>) -> Option<Shift> {
-        if part.is_held {
-            return None;
-        }
+        if part.is_held { None } else { self.lacking_beside(part, numbers, &Pushed::default()) }
+    }
+
+    /// The same of what colliders push beside what acts on it from outside.
+    pub(crate) fn lacking_beside<R: Real>(
+        &self,
+        part: &Part,
+        numbers: &StepNumbers<R>,
+        pushed: &Pushed,
+    ) -> Option<Shift> {
         let acting = Self::weight(part, numbers) + self.vector(Vector::Push);
-        let lacks = self.vector(Vector::Base) - self.after() + acting * numbers.scheme.h;
-        let by = self.matrix(part, numbers).cholesky()?.solve(&lacks);
+        let lacks = self.vector(Vector::Base) - self.after() + acting * numbers.scheme.h + pushed.impulse;
+        let by = (self.matrix(part, numbers) + pushed.matrix).cholesky()?.solve(&lacks);
         by.iter().all(|c| c.is_finite()).then(|| Shift { by, descent: 0.5 * by.dot(&lacks) })
     }
 

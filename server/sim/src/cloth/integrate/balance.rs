@@ -98,11 +98,14 @@ impl<R: Real> Step<'_, R> {
         let pins = Common::pins(model, &of_parts.sums);
         if model.thick_surface().is_some() {
             // Parts that push each other have their momentum together.
+            contact.feel(model, |row| led.of(row), numbers.dt);
             let groups = &mut contact.groups;
             groups.see_from(pins);
             of_parts.join(groups.of_part(), groups.all.len());
-            for (part, sums) in groups.all.iter().zip(&mut of_parts.of_groups) {
-                let shift = sums.lacking(part, numbers).unwrap_or(Shift::NONE);
+            for (group, (part, sums)) in groups.all.iter().zip(&mut of_parts.of_groups).enumerate() {
+                let pushed = groups.pushed(group);
+                let shift = pushed.and_then(|pushed| sums.lacking_beside(part, numbers, pushed));
+                let shift = shift.unwrap_or(Shift::NONE);
                 *sums = sums.shifted(part, numbers, shift.by);
                 common.momenta.push(shift.by);
                 work.cg.lower(shift.descent);

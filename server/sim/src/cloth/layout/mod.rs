@@ -17,7 +17,7 @@ pub(crate) use check::check_network;
 pub(super) use elements::{BlockOfRows, ElementNumbers, Elements};
 pub(super) use halo::copy_own;
 pub use model::{LawEntry, Model, Parameters};
-pub(super) use parts::Part;
+pub(super) use parts::{Part, Pushed};
 pub use rows::Springs;
 pub(super) use rows::{Fold, Visit};
 pub(super) use scratch::{BlockScratch, Scratches};

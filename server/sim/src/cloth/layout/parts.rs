@@ -4,7 +4,7 @@
 
 use crate::{
     cloth::network::Components,
-    math::Real,
+    math::{Mat3, Real, Vec3},
     parallel::{Share, block_count},
 };
 
@@ -34,6 +34,13 @@ pub(crate) struct Part {
     pub(crate) count: u32,
     /// Whether pins hold it.
     pub(crate) is_held: bool,
+}
+
+/// What colliders push a part with in a solve: impulses (N s), and by how much less they give per velocity of the part (kg).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Pushed {
+    pub(crate) impulse: Vec3<f64>,
+    pub(crate) matrix: Mat3<f64>,
 }
 
 impl Parts {

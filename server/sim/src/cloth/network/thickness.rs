@@ -13,7 +13,7 @@ use crate::{
         array3, number,
     },
     parallel::hilbert_order,
-    surface::{Crossing, Crossings, Faces},
+    surface::{Candidate, Crossing, Crossings, Crowded, Faces, touching},
 };
 
 /// Edges of a surface that cross triangles of it.
@@ -107,6 +107,31 @@ impl Network {
     /// # Panics
     /// If a triangle names a particle that is not there.
     pub fn crossed(&self) -> Option<Crossed> {
+        let faces = self.faces()?;
+        let place = |particle: u32| Vec3::from(self.x[particle as usize]);
+        let (count, first) = Crossings::new(&faces).count(&faces, &place);
+        first.map(|Crossing { edge, triangle }| Crossed { count, edge, triangle })
+    }
+
+    /// A particle of each of two parts of its surface, an edge or a corner and a triangle, that touch at the start and share no particle; none where
+    /// none do.
+    ///
+    /// # Panics
+    /// If a triangle names a particle that is not there.
+    pub fn touching(&self) -> Option<[u32; 2]> {
+        let faces = self.faces()?;
+        let place = |particle: u32| Vec3::from(self.x[particle as usize]);
+        match touching(&faces, &place) {
+            Ok(found) => found.map(|Candidate { corners: [first, .., last], .. }| [first, last]),
+            Err(Crowded { triangle }) => {
+                let [first, .., last] = faces.triangles()[triangle];
+                Some([first, last])
+            }
+        }
+    }
+
+    /// Its triangles, those near each other beside each other; none where all of them name a particle twice.
+    fn faces(&self) -> Option<Faces> {
         let is_degenerate = |[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
         if self.triangles.iter().all(is_degenerate) {
             return None;
@@ -120,8 +145,6 @@ impl Network {
         let middles: Vec<[f64; 3]> = self.triangles.iter().map(middle).collect();
         let order = hilbert_order(&middles, 0.0);
         let triangles: Vec<[u32; 3]> = order.iter().map(|i| self.triangles[*i as usize]).collect();
-        let faces = Faces::new(&triangles, self.x.len());
-        let (count, first) = Crossings::new(&faces).count(&faces, &place);
-        first.map(|Crossing { edge, triangle }| Crossed { count, edge, triangle })
+        Some(Faces::new(&triangles, self.x.len()))
     }
 }

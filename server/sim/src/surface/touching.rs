@@ -1,0 +1,70 @@
+//! Parts of a surface that touch each other: nothing can be kept apart that has no direction to be pushed along.
+
+use super::{
+    Candidate, PairKind,
+    distance::closest,
+    faces::Faces,
+    tree::{Crowded, Tree, Wanted},
+};
+use crate::math::Vec3;
+
+/// Roundings of places below which no distance is known.
+const ROUNDINGS: f64 = 64.0;
+
+/// The first pair of parts that share no particle and touch, in the order of the triangles that have them: none are nearer to each other than rounding
+/// tells apart. `x` gives the place (m, finite) of a particle.
+///
+/// # Errors
+/// Where so much touches that its pairs would not fit into memory.
+pub fn touching(faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync)) -> Result<Option<Candidate>, Crowded> {
+    let spare = |corners: &[u32]| {
+        let largest = corners.iter().map(|corner| x(*corner).amax()).fold(0.0, f64::max);
+        ROUNDINGS * f64::EPSILON * largest
+    };
+    let around = |corners: &[u32]| {
+        let spare = spare(corners);
+        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        for corner in corners {
+            let place = x(*corner);
+            for c in 0..3 {
+                bounds[0][c] = bounds[0][c].min(place[c] - spare);
+                bounds[1][c] = bounds[1][c].max(place[c] + spare);
+            }
+        }
+        bounds
+    };
+    let touches = |kind: PairKind, corners: [u32; 4]| {
+        closest(kind, corners.map(x)).difference.norm() <= spare(&corners)
+    };
+    let mut tree = Tree::new(faces.triangles().len());
+    tree.refit(&|face| around(&faces.triangles()[face]));
+    let (wanted, mut found) = (Wanted { without: &|_| &[], is_wanted: &touches }, Vec::new());
+    tree.candidates(faces, &wanted, &around, &mut found)?;
+    Ok(found.first().copied())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles side by side along x = 1, of which the second one is so far (m) away.
+    fn beside(gap: f64) -> Option<Candidate> {
+        let places = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0 + gap, 0.3], [2.0, 0.0], [2.0, 1.0]];
+        let faces = Faces::new(&[[0, 1, 2], [3, 4, 5]], places.len());
+        let x = |particle: u32| {
+            let [x, y] = places[particle as usize];
+            Vec3::new(x, y, 0.5)
+        };
+        touching(&faces, &x).unwrap_or_else(|_| panic!("two triangles do not crowd"))
+    }
+
+    #[test]
+    fn a_corner_on_an_edge_touches_and_one_a_nanometre_away_does_not() {
+        assert!(beside(0.0).is_some());
+        assert_eq!((beside(1e-9), beside(0.1)), (None, None));
+        // Corners of one triangle touch each other, and are one part.
+        let faces = Faces::new(&[[0, 1, 2], [2, 1, 3]], 4);
+        let corner = |particle: u32| Vec3::new(f64::from(particle & 1), f64::from(particle >> 1), 0.0);
+        assert_eq!(touching(&faces, &corner).ok(), Some(None));
+    }
+}
