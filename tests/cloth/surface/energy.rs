@@ -166,7 +166,7 @@ fn a_plate_that_moves_gives_its_load_times_its_way_and_all_of_the_momentum() {
             let off = (now.momentum[1] - impulse - weight).abs();
             let most = impulse.abs().max(weight.abs());
             assert!(
-                off <= 1e-6 * most,
+                off <= 1e-12 * most,
                 "plate {seed}, step {step}: off by {off} of {most} N s\n{}",
                 plate.text
             );

@@ -240,24 +240,26 @@ impl Pair {
             }
             return look;
         }
+        if let Some(place) = &place {
+            if round < last && gap < THIN * self.thickness.min(self.gap) {
+                (self.hardness, look.is_changed) = (self.hardness * HARDER, true);
+            }
+            self.put(place, &ways, inv_m);
+            look.is_changed |= (self.gap_after(&self.relative(&ways)) - gap).abs() > SHORT * self.thickness;
+        }
+        // What slides goes across the direction that the next solve has.
         if friction > 0.0 && round < SETTLING {
-            let seen = self.seen(friction * push, [&way, &self.relative(&came)], dt);
+            let seen = self.seen(friction * push, [&self.relative(&ways), &self.relative(&came)], dt);
             look.off = self.friction.look(seen, round);
         }
-        let Some(place) = place else {
+        if place.is_none() {
             // What meets nothing where it was led has nothing to push, but pulls nothing.
             let pull = if gap < self.target { SHORT } else { (gap - self.target) / self.thickness };
             let next = self.activity.dropped(pull, round);
             if next != self.activity {
                 (self.activity, self.friction, look.is_changed) = (next, Friction::default(), true);
             }
-            return look;
-        };
-        if round < last && gap < THIN * self.thickness.min(self.gap) {
-            (self.hardness, look.is_changed) = (self.hardness * HARDER, true);
         }
-        self.put(&place, &ways, inv_m);
-        look.is_changed |= (self.gap_after(&self.relative(&ways)) - gap).abs() > SHORT * self.thickness;
         look
     }
 

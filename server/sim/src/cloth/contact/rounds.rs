@@ -231,16 +231,16 @@ impl<R: Real> Contact<R> {
         }
     }
 
-    /// How many times a collider pushed a particle in the last solve.
+    /// How many times a collider pushed a particle in the last solve, or pulled it a little as it let go.
     pub(crate) fn pushed(&self) -> u64 {
-        self.walls.iter().flatten().filter(|wall| wall.pushed > 0.0).count() as u64
+        self.walls.iter().flatten().filter(|wall| wall.pushed != 0.0).count() as u64
     }
 
     /// How surfaces of colliders move that the solve pushed with, and what their motion gave beyond what it counted.
     pub(crate) fn carried(&self, model: &Model<R>) -> Carried {
         let mut carried = Carried::default();
-        for wall in self.walls.iter().flatten().filter(|wall| wall.pushed > 0.0) {
-            let push = wall.pushed * model.m[wall.particle as usize].to_f64();
+        for wall in self.walls.iter().flatten().filter(|wall| wall.pushed != 0.0) {
+            let push = wall.pushed.abs() * model.m[wall.particle as usize].to_f64();
             carried.push += push;
             (0..3).for_each(|c| carried.along[c] += push * wall.velocity[c]);
         }

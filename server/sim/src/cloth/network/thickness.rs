@@ -13,7 +13,7 @@ use crate::{
         array3, number,
     },
     parallel::hilbert_order,
-    surface::{Candidate, Crossing, Crossings, Crowded, Faces, touching},
+    surface::{Crossing, Crossings, Faces, touching},
 };
 
 /// Edges of a surface that cross triangles of it.
@@ -121,13 +121,7 @@ impl Network {
     pub fn touching(&self) -> Option<[u32; 2]> {
         let faces = self.faces()?;
         let place = |particle: u32| Vec3::from(self.x[particle as usize]);
-        match touching(&faces, &place) {
-            Ok(found) => found.map(|Candidate { corners: [first, .., last], .. }| [first, last]),
-            Err(Crowded { triangle }) => {
-                let [first, .., last] = faces.triangles()[triangle];
-                Some([first, last])
-            }
-        }
+        touching(&faces, &place)
     }
 
     /// Its triangles, those near each other beside each other; none where all of them name a particle twice.
