@@ -1,6 +1,6 @@
 //! Air and forces by call, states from outside, resets: over gRPC, with the bits of a scene that says the same.
 
-use nappe_proto::v1::{self, ChangeKind, SpringKind};
+use nappe_proto::v1::{self, ChangeKind, SessionState, SpringKind};
 use nappe_server::Reason;
 
 use crate::{
@@ -224,4 +224,88 @@ async fn what_does_not_fit_is_refused_with_its_field_and_changes_nothing() {
         assert!(refused.message().contains(told), "{}, not {told}", refused.message());
     }
     assert_eq!(server.get(&id).await.state_hash, before);
+}
+
+/// Two level sheets, one above the other, which keep their surfaces apart.
+fn two_sheets() -> String {
+    let body = |name: &str, height: f64| {
+        format!(
+            r#"
+            [[body]]
+            name = "{name}"
+            mesh = {{ grid = [4, 4], spacing = 0.1 }}
+            transform = {{ translate = [0, {height}, 0] }}
+            mass = {{ density = 0.2 }}
+            thickness = 0.01
+            springs = {{ stretch = {{ stiffness = 50, damping = 0.02 }} }}
+            "#
+        )
+    };
+    format!("version = 1\ndt = 0.005\nprecision = \"f64\"\n{}{}", body("one", 0.0), body("other", 0.2))
+}
+
+/// A sheet of 4 x 4 particles that stands upright, and goes through the lower one of the two.
+fn upright() -> Vec<[f64; 3]> {
+    (0..16).map(|i| [0.1 * f64::from(i % 4) + 0.013, 0.15 - 0.1 * f64::from(i / 4), 0.123]).collect()
+}
+
+fn put(id: &str, body: &str, places: &[[f64; 3]]) -> v1::UpdateParametersRequest {
+    let positions_f64 = packed(places).into();
+    let state = v1::StateUpdate { body: body.into(), positions_f64, ..v1::StateUpdate::default() };
+    v1::UpdateParametersRequest { states: vec![state], ..v1::UpdateParametersRequest::of(id) }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_state_that_crosses_another_body_is_refused_with_both_and_no_step_is_taken() {
+    let mut server = Server::start().await;
+    let id = server.session(two_sheets()).await;
+    let before = server.step(&id, 2).await.state_hash;
+    let crossing = put(&id, "other", &upright());
+    let states = crossing.states.clone();
+    let refused = server.client.update_parameters(crossing.clone()).await.expect_err("it crosses");
+    let told = assert_reason(&refused, Reason::InvalidChange);
+    let mut bodies = [told["body"].as_str(), told["other"].as_str()];
+    bodies.sort_unstable();
+    assert_eq!(bodies, ["one", "other"]);
+    assert!(refused.message().contains("its surface crosses that of body"), "{}", refused.message());
+
+    let changes = v1::Changes { states, ..v1::Changes::default() };
+    let with = v1::StepSessionRequest {
+        step_count: 3,
+        wait: true,
+        changes: Some(changes),
+        ..v1::StepSessionRequest::of(&id)
+    };
+    let refused = server.client.step_session(with.clone()).await.expect_err("it crosses");
+    assert_reason(&refused, Reason::InvalidChange);
+    // Steps that are taken already change nothing.
+    let taken = v1::StepSessionRequest { to_step: Some(2), step_count: 0, ..with };
+    server.client.step_session(taken).await.expect("two steps are taken");
+    let session = server.get(&id).await;
+    assert_eq!((session.step, session.state_hash, session.state()), (2, before, SessionState::Paused));
+
+    // It fits where the other body has been sent away by a call that waits for the same step.
+    let away: Vec<[f64; 3]> = upright().iter().map(|[x, y, z]| [*x, y + 9.0, *z]).collect();
+    server.client.update_parameters(put(&id, "one", &away)).await.expect("nothing is there");
+    server.client.update_parameters(crossing).await.expect("the other one will be gone");
+    assert_eq!(server.step(&id, 3).await.step, 5);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_state_that_crosses_once_its_step_has_come_ends_the_session_with_that() {
+    let mut server = Server::start().await;
+    let id = server.session(two_sheets()).await;
+    let later = v1::UpdateParametersRequest { at_step: 5, wait: true, ..put(&id, "other", &upright()) };
+    let mut client = server.client.clone();
+    let waiting = tokio::spawn(async move { client.update_parameters(later).await });
+    server.until_pending(&id, 1).await;
+    let step = v1::StepSessionRequest { step_count: 10, wait: true, ..v1::StepSessionRequest::of(&id) };
+    let ended = server.client.step_session(step).await.expect_err("it cannot go on so");
+    let refused = waiting.await.expect("a task").expect_err("it crosses");
+    for status in [ended, refused] {
+        assert_eq!(assert_reason(&status, Reason::InvalidChange)["step"], "5");
+    }
+    let session = server.get(&id).await;
+    assert_eq!((session.step, session.state()), (5, SessionState::Failed));
+    assert_eq!(session.failure.expect("a failure").reason, Reason::InvalidChange.name());
 }

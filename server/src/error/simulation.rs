@@ -84,6 +84,9 @@ impl From<&ChangeError> for ServiceError {
                 .with("value", value)
                 .with("allowed", range(*allowed))
                 .at_field(format!("states.{what}_f64"), message),
+            ChangeError::NotApart { body, other, particles, .. } => {
+                of_meeting(refused, [body, other], *particles, message)
+            }
             ChangeError::ForceCount { body, found, needed } => refused
                 .with("body", body)
                 .with("found", found)
@@ -118,6 +121,21 @@ impl From<&ChangeError> for ServiceError {
             ChangeError::Collider(error) => of_move(refused, error, message),
         }
     }
+}
+
+/// Where surfaces of two bodies meet that have to be apart, at a particle of each.
+fn of_meeting(
+    refused: ServiceError,
+    [body, other]: [&String; 2],
+    [particle, other_particle]: [u32; 2],
+    message: String,
+) -> ServiceError {
+    refused
+        .with("body", body)
+        .with("particle", particle)
+        .with("other", other)
+        .with("other_particle", other_particle)
+        .at_field("states.positions_f64", message)
 }
 
 /// What is wrong with the move of a collider.

@@ -37,7 +37,7 @@ const MAX_STEPS_AHEAD: u64 = 10_000_000;
 #[derive(Debug)]
 pub(super) struct Control {
     pub(super) status: Arc<Status>,
-    rules: Arc<ChangeRules>,
+    pub(super) rules: Arc<ChangeRules>,
     interrupt: Interrupt,
     desk: Mutex<Desk>,
     /// Tells the thread that the desk has changed.
@@ -316,14 +316,13 @@ impl Control {
     }
 
     /// Refuses one more call that waits, if as many do as are allowed.
-    fn check_room<T>(
+    pub(super) fn check_room<T>(
         &self,
         desk: &mut Desk,
         answer: Option<&oneshot::Sender<T>>,
     ) -> Result<(), ServiceError> {
-        if answer.is_none()
-            || desk.waiting.has_room(desk.completions.len() + desk.copies.len() + desk.resets.len())
-        {
+        let others = desk.others_waiting();
+        if answer.is_none() || desk.waiting.has_room(others) {
             return Ok(());
         }
         let (id, allowed) = (&self.status.properties.id, MAX_WAITING);
@@ -368,7 +367,7 @@ impl Control {
     }
 
     /// The desk for a call, unless the session is being deleted: nobody would answer the call.
-    fn open(&self) -> Result<MutexGuard<'_, Desk>, ServiceError> {
+    pub(super) fn open(&self) -> Result<MutexGuard<'_, Desk>, ServiceError> {
         let desk = self.lock();
         if desk.ending == Ending::Thread {
             return Err(ServiceError::session_deleted(&self.status.properties.id));

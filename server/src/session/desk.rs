@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use nappe_sim::world::Simulation;
+use nappe_sim::world::{Change, Simulation};
 use tokio::sync::oneshot;
 
 use super::{
@@ -12,6 +12,7 @@ use super::{
     transition::State,
     waiting::{FrameWish, Standing, Waiting},
 };
+use crate::error::ServiceError;
 
 /// What calls and thread share, each for a moment.
 #[derive(Debug)]
@@ -27,6 +28,8 @@ pub(super) struct Desk {
     pub(super) completions: Vec<oneshot::Sender<()>>,
     /// Who waits for a copy of the session.
     pub(super) copies: Vec<oneshot::Sender<Copied>>,
+    /// Who waits to be told whether changes can be made.
+    pub(super) trials: Vec<Trial>,
     /// Who waits for the session to be put back to its start.
     pub(super) resets: Vec<oneshot::Sender<Accepted>>,
     /// Who waits for a frame of the state after his steps.
@@ -51,6 +54,7 @@ impl Desk {
             waiting: Waiting::default(),
             completions: Vec::new(),
             copies: Vec::new(),
+            trials: Vec::new(),
             resets: Vec::new(),
             frames: Vec::new(),
             ending: Ending::Nothing,
@@ -73,6 +77,11 @@ impl Desk {
             begun: self.next_step,
             is_settled: self.is_settled,
         }
+    }
+
+    /// Calls that wait for something else than those in `waiting`.
+    pub(super) fn others_waiting(&self) -> usize {
+        self.completions.len() + self.copies.len() + self.trials.len() + self.resets.len()
     }
 
     /// Steps that will have been taken once the session stands, if nobody asks for more.
@@ -117,6 +126,13 @@ pub(super) enum InProgress {
     Asked,
     /// A step that had begun when the session was paused.
     Left,
+}
+
+/// Changes before the next step, and where it is told whether they can be made.
+#[derive(Debug)]
+pub(super) struct Trial {
+    pub(super) changes: Vec<Change>,
+    pub(super) done: oneshot::Sender<Result<(), ServiceError>>,
 }
 
 /// A session as it stands between two steps.

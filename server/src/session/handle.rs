@@ -193,6 +193,10 @@ impl Session {
         frame: Option<FieldSet>,
         when: When,
     ) -> Result<(v1::Session, Option<v1::Frame>), ServiceError> {
+        // Steps that are taken already change nothing.
+        if !matches!(steps, Steps::Until(step) if step <= self.step_count()) {
+            self.control.try_out(0, &changes).await?;
+        }
         let (answer, stepped) = place(when);
         let (done, made) = oneshot::channel();
         let frame_to = frame.map(|fields| (fields, done));
@@ -246,6 +250,7 @@ impl Session {
         changes: Vec<Change>,
         when: When,
     ) -> Result<Accepted, ServiceError> {
+        self.control.try_out(at_step, &changes).await?;
         let (answer, applied) = place(when);
         let accepted = self.control.update(at_step, changes, answer)?;
         if let Some(applied) = applied {

@@ -14,6 +14,7 @@ mod failure;
 mod waiting;
 mod desk;
 mod control;
+mod trial;
 mod schedule;
 mod remains;
 mod launcher;

@@ -73,6 +73,12 @@ impl PendingChanges {
         moves.collect()
     }
 
+    /// States that are put before step `step`, in the order in which they take effect.
+    pub(super) fn states_due(&self, step: u64) -> impl Iterator<Item = &Change> {
+        let due = self.groups.iter().take_while(move |(accepted, _)| accepted.step <= step);
+        due.flat_map(|(_, changes)| changes).filter(|change| matches!(change, Change::State { .. }))
+    }
+
     /// Counts a call that changes the session without waiting, before step `step`.
     pub(super) fn count_call(&mut self, step: u64) -> Accepted {
         self.last_order += 1;

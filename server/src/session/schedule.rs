@@ -11,7 +11,7 @@ use tokio::sync::oneshot;
 
 use super::{
     control::Control,
-    desk::{Copied, Desk, Ending, InProgress, Injected},
+    desk::{Copied, Desk, Ending, InProgress, Injected, Trial},
     pending_changes::{Accepted, PendingChanges},
     transition::{Effect, Event, State},
     waiting::FrameWish,
@@ -32,6 +32,8 @@ pub(super) enum Task {
     Copy { to: Vec<oneshot::Sender<Copied>>, pending: PendingChanges },
     /// Puts the session back to its start, for those who wait for it.
     Reset { done: Vec<(oneshot::Sender<Accepted>, Accepted)> },
+    /// Tells whether changes can be made, to those who wait for it.
+    Try { trials: Vec<Trial> },
     /// Encodes the newest frame again with everything that watchers want now, for those who wait for it.
     Complete { done: Vec<oneshot::Sender<()>>, injected: Injected },
     /// Fails the session: the ranks that step it have ended.
@@ -77,6 +79,10 @@ impl Control {
             // Who waits is told that the session is at its end.
             desk.resets.clear();
 
+            if !desk.trials.is_empty() {
+                return Task::Try { trials: std::mem::take(&mut desk.trials) };
+            }
+
             desk.frames.retain(|wish| !wish.done.is_closed());
             if desk.state.is_stepping() {
                 // The next frame has what they wait for.
@@ -118,8 +124,16 @@ impl Control {
 
         // Frames of the state that this step leaves are made or given up.
         desk.frames.retain(|wish| wish.step > index);
-        self.answer_waiting(desk);
+        // Who waits for changes is told once they are made.
+        if changes.is_empty() {
+            self.answer_waiting(desk);
+        }
         Task::Step { changes, injected: std::mem::take(&mut desk.injected) }
+    }
+
+    /// The changes before the step in progress are made.
+    pub(super) fn made_changes(&self) {
+        self.answer_waiting(&mut self.lock());
     }
 
     /// A step was taken, perhaps the last that the session allows. What follows from that.
@@ -194,6 +208,7 @@ impl Control {
         desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();
+        desk.trials.clear();
         desk.frames.clear();
     }
 
@@ -204,6 +219,7 @@ impl Control {
         desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();
+        desk.trials.clear();
         desk.frames.clear();
     }
 }

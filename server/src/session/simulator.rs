@@ -7,11 +7,11 @@ use std::{cell::Cell, sync::Arc, time::Instant};
 use nappe_sim::{
     field::Field,
     report::{StageClock, StageSeconds, StepError, StepReport},
-    world::{Change, Simulation},
+    world::{Change, ChangeError, Simulation},
 };
 use rayon::ThreadPool;
 
-use super::{ranks::Ranks, status::Status, waiting::FrameWish};
+use super::{desk::Trial, ranks::Ranks, status::Status, waiting::FrameWish};
 use crate::{
     error::ServiceError,
     memory::Claim,
@@ -113,10 +113,20 @@ impl Simulator {
     pub(super) fn apply(&mut self, changes: &[Change]) -> Result<(), ServiceError> {
         // The hash of the state covers parameters.
         self.hashed.set(None);
-        if let Err(error) = self.simulation.apply(changes) {
-            // They were checked when they came, and bodies do not change.
-            let step = self.simulation.step_count();
-            return Err(ServiceError::internal(format!("a change before step {step} was refused: {error}")));
+        let simulation = &mut self.simulation;
+        let applied = if simulation.rules().puts_surfaces(changes) {
+            self.pool.install(|| simulation.apply(changes))
+        } else {
+            simulation.apply(changes)
+        };
+        if let Err(error) = applied {
+            let step = simulation.step_count();
+            return Err(match error {
+                // Nobody knew when they came where bodies would be.
+                ChangeError::NotApart { .. } => ServiceError::from(&error),
+                // All else was checked then, and bodies do not change.
+                _ => ServiceError::internal(format!("a change before step {step} was refused: {error}")),
+            });
         }
         match &mut self.ranks {
             None => Ok(()),
@@ -124,6 +134,16 @@ impl Simulator {
                 self.behind = Behind::All;
                 ranks.apply(changes)
             }
+        }
+    }
+
+    /// Tells whether changes could be made now, unless the state may be half changed.
+    pub(super) fn try_out(&self, trials: Vec<Trial>) {
+        let simulation = &self.simulation;
+        for Trial { changes, done } in trials.into_iter().filter(|_| !self.is_torn) {
+            let tried = self.pool.install(|| simulation.check(&changes));
+            // Whoever asked may be gone.
+            let _ = done.send(tried.map_err(|error| ServiceError::from(&error)));
         }
     }
 

@@ -80,6 +80,7 @@ impl Stepper {
             }
             Task::Copy { to, pending } if self.catch_up() => self.copy(to, &pending),
             Task::Reset { done } if self.catch_up() => self.reset(done),
+            Task::Try { trials } => self.simulator.try_out(trials),
             // Who waits is told of the failure.
             Task::Settle { .. } | Task::Copy { .. } | Task::Reset { .. } => {}
             Task::Complete { done, injected } => self.complete(done, injected),
@@ -154,6 +155,9 @@ impl Stepper {
             }
             let now = parameters(self.simulator.simulation.parameters());
             self.status().update(|progress| progress.parameters = now);
+        }
+        if !due.is_empty() {
+            self.control.made_changes();
         }
 
         match self.simulator.step(|| injected.carry_out()) {

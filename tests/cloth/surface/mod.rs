@@ -15,3 +15,4 @@ mod apart;
 pub(crate) mod energy;
 mod bodies;
 mod calls;
+mod placed;

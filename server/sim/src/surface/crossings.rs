@@ -42,6 +42,19 @@ impl Crossings {
     /// # Panics
     /// When the faces are not as many as this was made for.
     pub fn count(&mut self, faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync)) -> (u64, Option<Crossing>) {
+        self.count_of(faces, x, &|_| true)
+    }
+
+    /// The same of those pairs that count, by their particles: the ends of the edge, then the corners of the triangle.
+    ///
+    /// # Panics
+    /// When the faces are not as many as this was made for.
+    pub fn count_of(
+        &mut self,
+        faces: &Faces,
+        x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
+        counts: &(dyn Fn(&[u32]) -> bool + Sync),
+    ) -> (u64, Option<Crossing>) {
         let Self { tree, found } = self;
         let triangles = faces.triangles();
         tree.refit(&|face| {
@@ -53,7 +66,7 @@ impl Crossings {
         tree.partners(found, |found: &mut Found, face, partners| {
             for other in partners {
                 for (from, to) in [(face, *other), (*other, face)] {
-                    found.look(faces, x, from, to);
+                    found.look(faces, x, [from, to], counts);
                 }
             }
         });
@@ -64,11 +77,17 @@ impl Crossings {
 
 impl Found {
     /// Looks at the edges of one triangle and at another one.
-    fn look(&mut self, faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync), from: usize, to: usize) {
-        let triangle = faces.triangles()[to];
-        for edge in faces.edges(from) {
+    fn look(
+        &mut self,
+        faces: &Faces,
+        x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
+        [from, to]: [usize; 2],
+        counts: &(dyn Fn(&[u32]) -> bool + Sync),
+    ) {
+        let triangle @ [a, b, c] = faces.triangles()[to];
+        for edge @ [p, q] in faces.edges(from) {
             let shares = edge.iter().any(|end| triangle.contains(end));
-            if !shares && crosses(edge.map(x), triangle.map(x)) {
+            if !shares && crosses(edge.map(x), triangle.map(x)) && counts(&[p, q, a, b, c]) {
                 self.count += 1;
                 self.first.get_or_insert(Crossing { edge, triangle });
             }

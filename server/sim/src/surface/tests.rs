@@ -254,6 +254,10 @@ fn a_corner_that_sticks_out_by_a_nanometre_is_counted() {
         assert_eq!(crossings, expected, "{depth}");
         assert_eq!(first.is_some_and(|first| first.edge.contains(&0)), expected > 0);
     }
+    // Both edges have the corner.
+    let at = |point: u32| x[point as usize];
+    let without = Crossings::new(&faces).count_of(&faces, &at, &|particles| !particles[..2].contains(&0));
+    assert_eq!(without, (0, None));
 }
 
 #[test]

@@ -14,8 +14,12 @@ use crate::math::Vec3;
 const ROUNDINGS: f64 = 64.0;
 
 /// A particle of each part of a pair that shares none and touches, the least of all such: no nearer to each other than rounding tells apart. `x` gives
-/// the place (m, finite) of a particle.
-pub fn touching(faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync)) -> Option<[u32; 2]> {
+/// the place (m, finite) of a particle; `counts` says of the four particles of a pair whether it is looked at.
+pub fn touching(
+    faces: &Faces,
+    x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
+    counts: &(dyn Fn(&[u32]) -> bool + Sync),
+) -> Option<[u32; 2]> {
     let spare = |corners: &[u32]| {
         let largest = corners.iter().map(|corner| x(*corner).amax()).fold(0.0, f64::max);
         ROUNDINGS * f64::EPSILON * largest
@@ -35,7 +39,7 @@ pub fn touching(faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync)) -> Option<
     // Of much that touches nothing is listed.
     let least = AtomicU64::new(u64::MAX);
     let note = |kind: PairKind, corners: [u32; 4]| {
-        if closest(kind, corners.map(x)).difference.norm() <= spare(&corners) {
+        if counts(&corners) && closest(kind, corners.map(x)).difference.norm() <= spare(&corners) {
             let key = u64::from(corners[0]) << u32::BITS | u64::from(corners[3]);
             least.fetch_min(key, Ordering::Relaxed);
         }
@@ -55,25 +59,27 @@ pub fn touching(faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync)) -> Option<
 mod tests {
     use super::*;
 
-    /// Two triangles side by side along x = 1, of which the second one is so far (m) away.
-    fn beside(gap: f64) -> Option<[u32; 2]> {
+    /// What touches of two triangles side by side along x = 1, of which the second one is so far (m) away, without a particle.
+    fn beside(gap: f64, without: u32) -> Option<[u32; 2]> {
         let places = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0 + gap, 0.3], [2.0, 0.0], [2.0, 1.0]];
         let faces = Faces::new(&[[0, 1, 2], [3, 4, 5]], places.len());
         let x = |particle: u32| {
             let [x, y] = places[particle as usize];
             Vec3::new(x, y, 0.5)
         };
-        touching(&faces, &x)
+        touching(&faces, &x, &|particles| !particles.contains(&without))
     }
 
     #[test]
     fn a_corner_on_an_edge_touches_and_one_a_nanometre_away_does_not() {
         // The edge from 1 to 2 and that from 5 to 3 are the first of several.
-        assert_eq!(beside(0.0), Some([1, 3]));
-        assert_eq!((beside(1e-9), beside(0.1)), (None, None));
+        assert_eq!(beside(0.0, u32::MAX), Some([1, 3]));
+        assert_eq!((beside(1e-9, u32::MAX), beside(0.1, u32::MAX)), (None, None));
+        // All that touches has the corner on the edge.
+        assert_eq!(beside(0.0, 3), None);
         // Corners of one triangle touch each other, and are one part.
         let faces = Faces::new(&[[0, 1, 2], [2, 1, 3]], 4);
         let corner = |particle: u32| Vec3::new(f64::from(particle & 1), f64::from(particle >> 1), 0.0);
-        assert_eq!(touching(&faces, &corner), None);
+        assert_eq!(touching(&faces, &corner, &|_| true), None);
     }
 }

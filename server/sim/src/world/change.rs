@@ -19,12 +19,21 @@ impl<R: Real> World<R> {
         &self.rules
     }
 
+    /// Checks changes without applying them: by its rules, and by where bodies are now.
+    ///
+    /// # Errors
+    /// The first change that is refused; or where surfaces with a thickness would meet, after all of them.
+    pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
+        self.rules.check(changes)?;
+        self.bodies.iter().filter_map(Body::as_cloth).try_for_each(|cloth| cloth.check_apart(changes))
+    }
+
     /// Applies changes, all or none.
     ///
     /// # Errors
-    /// The first change that is refused.
+    /// As [`Self::check`].
     pub fn apply(&mut self, changes: &[Change]) -> Result<(), ChangeError> {
-        self.rules.check(changes)?;
+        self.check(changes)?;
         for change in changes {
             self.apply_one(change);
         }

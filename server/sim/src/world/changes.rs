@@ -148,6 +148,10 @@ pub enum ChangeError {
     ForceOnPin { body: String, particle: u32 },
     #[error("{body}: there is no particle {particle}: the body has {count}, from 0")]
     NotInBody { body: String, particle: u32, count: usize },
+    #[error(
+        "body '{body}': {message}; leave a gap, and put bodies that make room for each other by one call"
+    )]
+    NotApart { body: String, other: String, particles: [u32; 2], message: String },
     #[error("'{body}' is snow that ranks step: forces, states and resets are for snow of one process")]
     SnowOverRanks { body: String },
     #[error("body '{body}' has no {kind} springs")]

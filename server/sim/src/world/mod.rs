@@ -22,6 +22,7 @@ mod pace;
 mod cloths;
 mod collider_move;
 mod changes;
+mod apart;
 mod rules;
 mod clock;
 mod change;

@@ -47,6 +47,8 @@ struct ClothRules {
     /// Kinds of its springs.
     kinds: Vec<SpringKind>,
     feels_air: bool,
+    /// Whether its surface keeps apart from others.
+    is_thick: bool,
     /// What those are called that it shares its air with.
     beside: String,
 }
@@ -85,6 +87,7 @@ impl ChangeRules {
                             particle_count: part.count(),
                             kinds: kinds.collect(),
                             feels_air: cloth.feels_air(),
+                            is_thick: cloth.model.thick_surface().is_some(),
                             beside: cloth.parts.beside(&part.name),
                         });
                     }
@@ -123,6 +126,12 @@ impl ChangeRules {
             Some(pair) => Err(MoveError::ColliderTwice { name: pair[0].clone() }.into()),
             None => Ok(()),
         }
+    }
+
+    /// Whether changes put a surface somewhere that keeps apart from others: whether it may be there only the places of all say.
+    pub fn puts_surfaces(&self, changes: &[Change]) -> bool {
+        let is_thick = |name: &String| self.cloths.iter().any(|cloth| cloth.is_thick && cloth.name == *name);
+        changes.iter().any(|change| matches!(change, Change::State { body, .. } if is_thick(body)))
     }
 
     /// Checks how fast the surfaces of colliders are that changes move, where particles can meet them. `departure` says from

@@ -139,10 +139,19 @@ impl Simulation {
         on_world!(self, world => world.diagnose())
     }
 
-    /// Applies changes, all or none.
+    /// Checks changes without applying them: by its rules, and by where bodies are now. Runs on the rayon pool that the caller
+    /// installed.
     ///
     /// # Errors
-    /// The first change that is refused.
+    /// The first change that is refused; or where surfaces with a thickness would meet, after all of them.
+    pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
+        on_world!(self, world => world.check(changes))
+    }
+
+    /// Applies changes, all or none, on the rayon pool that the caller installed.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
     pub fn apply(&mut self, changes: &[Change]) -> Result<(), ChangeError> {
         on_world!(self, world => world.apply(changes))
     }

@@ -6,6 +6,9 @@ use crate::{
     linalg::SolverSettings,
 };
 
+/// When surfaces that are refused with a setup meet.
+const AT_START: &str = "at the start";
+
 /// A body of a cloth, and its first particle among all.
 pub(super) type Member<'a> = (&'a BodySetup, u32);
 
@@ -90,32 +93,47 @@ pub(super) fn check_apart(group: &[Member<'_>], joined: &Joined<'_>) -> Result<(
     };
     for (body, _) in group {
         if let Some(crossed) = body.network.crossed() {
-            let message =
-                format!("it has a thickness, and its surface crosses itself at the start: {crossed}");
+            let message = crossing([&body.name; 2], &crossed, AT_START);
             return Err(SetupError::Body { body: body.name.clone(), message });
         }
     }
 
     let [one, other] = [p, a].map(|particle| joined.part_of(particle));
-    let [p, q] = [p, q].map(|particle| particle - joined.particles(one).start);
-    let [a, b, c] = [a, b, c].map(|particle| particle - joined.particles(other).start);
+    let edge = [p, q].map(|particle| particle - joined.particles(one).start);
+    let triangle = [a, b, c].map(|particle| particle - joined.particles(other).start);
     let [one, other] = [one, other].map(|part| &group[part].0.name);
-    let message = format!(
-        "it has a thickness, and its surface crosses that of body '{other}', which has one too, at the start: its edge of \
-         particles {p} and {q} crosses the triangle of {a}, {b} and {c} there ({count} pairs of an edge and a triangle cross in all)"
-    );
+    let message = crossing([one, other], &Crossed { count, edge, triangle }, AT_START);
     Err(SetupError::Body { body: one.clone(), message })
 }
 
 /// That parts touch that have these particles.
 fn touched(group: &[Member<'_>], joined: &Joined<'_>, particles: [u32; 2]) -> SetupError {
     let parts = particles.map(|particle| joined.part_of(particle));
-    let [p, q] = [0, 1].map(|i| particles[i] - joined.particles(parts[i]).start);
+    let own = [0, 1].map(|i| particles[i] - joined.particles(parts[i]).start);
     let [one, other] = parts.map(|part| &group[part].0.name);
-    let whose = if one == other { "itself".to_owned() } else { format!("that of body '{other}'") };
-    let message = format!(
-        "it has a thickness, and its surface touches {whose} at the start, at particles {p} and {q} there: what touches has no side \
-         to be kept on (leave a gap, or join points in one place by weld = 1e-6)"
-    );
+    let touch = touch([one, other], own, AT_START);
+    let message = format!("{touch} (leave a gap, or join points in one place by weld = 1e-6)");
     SetupError::Body { body: one.clone(), message }
+}
+
+/// What a sentence says of a surface that crosses that of another body, or its own, `when`: the edge is of the first body, the
+/// triangle of the second, each with the numbers of its body.
+pub(super) fn crossing([one, other]: [&str; 2], crossed: &Crossed, when: &str) -> String {
+    if one == other {
+        return format!("it has a thickness, and its surface crosses itself {when}: {crossed}");
+    }
+    let Crossed { count, edge: [p, q], triangle: [a, b, c] } = crossed;
+    format!(
+        "it has a thickness, and its surface crosses that of body '{other}', which has one too, {when}: its edge of \
+         particles {p} and {q} crosses the triangle of {a}, {b} and {c} there ({count} pairs of an edge and a triangle cross in all)"
+    )
+}
+
+/// What a sentence says of a surface that touches that of another body, or itself, `when`: at a particle of each.
+pub(super) fn touch([one, other]: [&str; 2], [p, q]: [u32; 2], when: &str) -> String {
+    let whose = if one == other { "itself".to_owned() } else { format!("that of body '{other}'") };
+    format!(
+        "it has a thickness, and its surface touches {whose} {when}, at particles {p} and {q} there: what touches has no side \
+         to be kept on"
+    )
 }

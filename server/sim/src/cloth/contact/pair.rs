@@ -39,8 +39,18 @@ pub(crate) struct Pair {
     hardness: f64,
     pub(super) friction: Friction,
     pub(crate) activity: Activity,
-    /// Whether it pushes wherever its nearest points lie.
-    insists: bool,
+    pushes_at: PushesAt,
+}
+
+/// Where a pair pushes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PushesAt {
+    /// Where the surfaces touch that it is part of.
+    Touching,
+    /// Wherever its nearest points lie: it was not certified once.
+    Nearest,
+    /// Where its nearest points were at the start: it was not certified once more, or late. Sets of such pairs do not alternate.
+    Start,
 }
 
 /// Whether a pair pushes.
@@ -119,7 +129,7 @@ impl Pair {
             hardness: 1.0,
             friction: Friction::default(),
             activity: Activity::Idle,
-            insists: false,
+            pushes_at: PushesAt::Touching,
         })
     }
 
@@ -130,9 +140,17 @@ impl Pair {
         [start, ways]: [[Vec3<f64>; 4]; 2],
         at: impl Fn(u32, f64) -> Vec3<f64>,
     ) -> Option<Place> {
-        let going = Going { kind: self.candidate.kind, start, ways, gap: self.gap, normal: self.direction };
-        let place = going.meets(self.target)?;
-        place.borne(&surface.faces, &self.candidate, at).or(self.insists.then_some(place))
+        if self.pushes_at == PushesAt::Start {
+            return None;
+        }
+        let place = self.going([start, ways]).meets(self.target)?;
+        let is_anywhere = self.pushes_at == PushesAt::Nearest;
+        place.borne(&surface.faces, &self.candidate, at).or(is_anywhere.then_some(place))
+    }
+
+    /// How its corners go such ways (m) from where they start.
+    fn going(&self, [start, ways]: [[Vec3<f64>; 4]; 2]) -> Going {
+        Going { kind: self.candidate.kind, start, ways, gap: self.gap, normal: self.direction }
     }
 
     /// Begins to push where it would meet on ways (m) without it, with corners of inverse masses (1/kg).
@@ -252,7 +270,7 @@ impl Pair {
             let seen = self.seen(friction * push, [&self.relative(&ways), &self.relative(&came)], dt);
             look.off = self.friction.look(seen, round);
         }
-        if place.is_none() {
+        if place.is_none() && !(self.pushes_at == PushesAt::Start && gap < self.target) {
             // What meets nothing where it was led has nothing to push, but pulls nothing.
             let pull = if gap < self.target { SHORT } else { (gap - self.target) / self.thickness };
             let next = self.activity.dropped(pull, round);
@@ -263,18 +281,21 @@ impl Pair {
         look
     }
 
-    /// What was not certified on its ways (m) pushes from now on, wherever its nearest points lie, or pushes harder.
-    pub(crate) fn insist(&mut self, [start, ways]: [[Vec3<f64>; 4]; 2], inv_m: [f64; 4]) {
-        self.insists = true;
-        if self.activity.pushes() {
+    /// What was not certified on its ways (m) in a round pushes from now on, wherever its nearest points lie, and harder. What was not again, or so
+    /// late, pushes where they were at the start.
+    pub(crate) fn insist(&mut self, [start, ways]: [[Vec3<f64>; 4]; 2], inv_m: [f64; 4], round: u32) {
+        let is_first = self.pushes_at == PushesAt::Touching && round < LATE;
+        self.pushes_at = if is_first { PushesAt::Nearest } else { PushesAt::Start };
+        if self.activity.pushes() || !is_first {
             self.hardness *= HARDER;
-            self.stiffness *= HARDER;
-            return;
         }
-        let going = Going { kind: self.candidate.kind, start, ways, gap: self.gap, normal: self.direction };
-        if let Some(place) = going.meets(self.target).or_else(|| going.begins()) {
+        let going = self.going([start, ways]);
+        let meeting = if is_first { going.meets(self.target) } else { None };
+        if let Some(place) = meeting.or_else(|| going.begins()) {
             self.put(&place, &ways, inv_m);
-            self.activity = if self.can_push() { Activity::Active } else { self.activity };
+            if self.can_push() && !self.activity.pushes() {
+                self.activity = Activity::Active;
+            }
         }
     }
 

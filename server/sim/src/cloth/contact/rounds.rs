@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// Rounds of a sub-step, at most.
-pub(crate) const ROUNDS: u32 = 12;
+pub(crate) const ROUNDS: u32 = 20;
 /// Rounds at the end in which pairs are not made harder.
 const LAST: u32 = 2;
 /// Roundings of a position below which no gap may fall.
@@ -277,7 +277,7 @@ impl<R: Real> Contact<R> {
                     pair.review(surface, [start, ways, at(&state.v)], inv_m, (dt, friction), rounds, gone);
                 look.is_unsafe = is_unsafe;
                 if is_unsafe {
-                    pair.insist([start, ways], inv_m);
+                    pair.insist([start, ways], inv_m, round);
                 }
             }
         });

@@ -121,7 +121,7 @@ impl Network {
     pub fn touching(&self) -> Option<[u32; 2]> {
         let faces = self.faces()?;
         let place = |particle: u32| Vec3::from(self.x[particle as usize]);
-        touching(&faces, &place)
+        touching(&faces, &place, &|_| true)
     }
 
     /// Its triangles, those near each other beside each other; none where all of them name a particle twice.

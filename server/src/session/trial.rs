@@ -1,0 +1,43 @@
+//! Whether changes can be made that put surfaces of cloth somewhere: tried before they are accepted, between two steps.
+//!
+//! Enters: changes of a call. Leaves: why they cannot be made. At a later step the others will be elsewhere: such changes are accepted,
+//! and looked at when they are made.
+
+use nappe_sim::world::Change;
+use tokio::sync::oneshot;
+
+use super::{control::Control, desk::Trial, transition::State};
+use crate::error::ServiceError;
+
+/// Where it is told whether changes can be made.
+type Tried = oneshot::Receiver<Result<(), ServiceError>>;
+
+impl Control {
+    /// Refuses changes before step `at_step` that could not be made, as far as that is known now.
+    pub(super) async fn try_out(&self, at_step: u64, changes: &[Change]) -> Result<(), ServiceError> {
+        match self.begin_trial(at_step, changes)? {
+            // If nobody tells it, the session has come to its end, and refuses the call itself.
+            Some(tried) => tried.await.unwrap_or(Ok(())),
+            None => Ok(()),
+        }
+    }
+
+    /// Asks the thread, if there is something to be tried and that step is the next one: after the states that wait for it.
+    fn begin_trial(&self, at_step: u64, changes: &[Change]) -> Result<Option<Tried>, ServiceError> {
+        if !self.rules.puts_surfaces(changes) {
+            return Ok(None);
+        }
+        let mut desk = self.open()?;
+        let goes_on = desk.state == State::Paused || desk.state.is_stepping();
+        if !goes_on || at_step > desk.next_step {
+            return Ok(None);
+        }
+
+        let (done, tried) = oneshot::channel();
+        self.check_room(&mut desk, Some(&done))?;
+        let changes = desk.pending.states_due(desk.next_step).chain(changes).cloned().collect();
+        desk.trials.push(Trial { changes, done });
+        self.changed.notify_one();
+        Ok(Some(tried))
+    }
+}
