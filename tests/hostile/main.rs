@@ -2,7 +2,7 @@
 //!
 //! Scenes that ask for little and would cost much: needles, leaves, dust, grids of one column, particles far
 //! apart; meshes and mesh files without sense. Each is refused or built within memory that its limits explain. And the frames that a session keeps,
-//! requests of many empty elements, and uploads.
+//! requests of many empty elements, uploads, and short requests that name something large.
 #![allow(unsafe_code, reason = "an allocator that counts hands every request on to the system's")]
 #![allow(clippy::print_stdout, reason = "what became of the scenes")]
 
@@ -12,6 +12,7 @@ mod meshes;
 mod mutations;
 mod mesh_files;
 mod requests;
+mod named;
 mod estimates;
 
 use std::{

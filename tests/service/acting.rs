@@ -1,7 +1,7 @@
 //! Air and forces by call, states from outside, resets: over gRPC, with the bits of a scene that says the same.
 
 use nappe_proto::v1::{self, ChangeKind, SessionState, SpringKind};
-use nappe_server::Reason;
+use nappe_server::{Limits, Reason};
 
 use crate::{
     cloth_scenes::{dust, sheet, sheet_with},
@@ -59,7 +59,8 @@ async fn air_and_forces_by_call_have_the_bits_of_a_scene_that_says_the_same() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_state_by_call_or_by_upload_is_where_the_body_goes_on_from() {
-    let mut server = Server::start().await;
+    let mut server = Server::with(Limits { max_meshes: 1, ..Limits::default() }).await;
+    let library = nappe_client::Client::connect(&server.app.url()).await.expect("a client");
     let x: Vec<[f64; 3]> = (0..16).map(|i| [f64::from(i), 2.0, -1.0]).collect();
     let v: Vec<[f64; 3]> = (0..16).map(|i| [0.0, f64::from(i), 0.5]).collect();
     let mut hashes = Vec::new();
@@ -70,9 +71,6 @@ async fn a_state_by_call_or_by_upload_is_where_the_body_goes_on_from() {
         if by_upload {
             let mesh =
                 nappe_client::MeshUpload { points: x.clone(), velocities: v.clone(), ..Default::default() };
-            let address = server.app.address();
-            let library =
-                nappe_client::Client::connect(&format!("http://{address}")).await.expect("a client");
             state.upload_id = library.upload_mesh(&mesh).await.expect("uploaded").mesh_id;
         } else {
             (state.positions_f64, state.velocities_f64) = (packed(&x).into(), packed(&v).into());
@@ -80,6 +78,9 @@ async fn a_state_by_call_or_by_upload_is_where_the_body_goes_on_from() {
         let request =
             v1::UpdateParametersRequest { states: vec![state], ..v1::UpdateParametersRequest::of(&id) };
         server.client.update_parameters(request).await.expect("accepted");
+        // The server forgets the mesh for another one, while the state waits.
+        let other = nappe_client::MeshUpload { points: vec![[0.0; 3]], ..Default::default() };
+        library.upload_mesh(&other).await.expect("uploaded");
         let listed = server.client.list_pending_changes(v1::ListPendingChangesRequest::of(&id)).await;
         let listed = listed.expect("listed").into_inner().changes;
         assert_eq!(listed[0].changes.as_ref().expect("changes").states[0].positions_f64, packed(&x));
@@ -215,6 +216,11 @@ async fn what_does_not_fit_is_refused_with_its_field_and_changes_nothing() {
             of(vec![], vec![state(packed(&[[3e6; 3]; 16]))]),
             Reason::InvalidChange,
             "positions of particle 0 is 3000000",
+        ),
+        (
+            of(vec![], vec![state(vec![0; 24]), state(vec![0; 24])]),
+            Reason::InvalidChange,
+            "states 0 and 1 put 'sheet': one state of a body in a call is allowed",
         ),
         (of(vec![], vec![unknown]), Reason::MeshNotFound, "mesh-1"),
         (no_air, Reason::InvalidChange, "no body has [body.air]"),

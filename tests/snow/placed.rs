@@ -103,8 +103,10 @@ fn an_object_goes_where_it_is_put_without_deformation_and_others_stay() {
     advance(&mut simulation, 10);
 
     let few = Change::State { body: "still".to_owned(), positions: [[0.0; 3]].into(), velocities: None };
-    let error = simulation.apply(&[few]).expect_err("too few");
+    let error = simulation.apply(std::slice::from_ref(&few)).expect_err("too few");
     assert!(matches!(error, ChangeError::WrongCount { found: 1, .. }), "{error}");
+    let error = simulation.apply(&[few.clone(), Change::Drag(0.1), few]).expect_err("one state of a body");
+    assert!(matches!(error, ChangeError::StateTwice { first: 0, second: 1, .. }), "{error}");
 }
 
 #[test]

@@ -73,25 +73,22 @@ impl From<&ChangeError> for ServiceError {
             }
             ChangeError::NoneFeelsAir => refused.at_field("air", message),
             ChangeError::NoCloth => refused.at_field("springs", message),
-            ChangeError::WrongCount { body, what, found, needed } => refused
-                .with("body", body)
-                .with("found", found)
-                .with("allowed", needed)
-                .at_field(format!("states.{what}_f64"), message),
+            ChangeError::WrongCount { body, what, found, needed } => {
+                counted(refused, body, [*found, *needed]).at_field(format!("states.{what}_f64"), message)
+            }
+            ChangeError::StateTwice { body, .. } => refused.with("body", body).at_field("states", message),
             ChangeError::StateRange { body, what, particle, value, allowed } => refused
                 .with("body", body)
                 .with("particle", particle)
                 .with("value", value)
                 .with("allowed", range(*allowed))
                 .at_field(format!("states.{what}_f64"), message),
-            ChangeError::NotApart { body, other, particles, .. } => {
-                of_meeting(refused, [body, other], *particles, message)
+            ChangeError::NotApart { bodies, particles, .. } => {
+                of_meeting(refused, bodies, *particles, message)
             }
-            ChangeError::ForceCount { body, found, needed } => refused
-                .with("body", body)
-                .with("found", found)
-                .with("allowed", needed)
-                .at_field("forces.forces_f64", message),
+            ChangeError::ForceCount { body, found, needed } => {
+                counted(refused, body, [*found, *needed]).at_field("forces.forces_f64", message)
+            }
             ChangeError::ForceOnPin { body, particle } => refused
                 .with("body", body)
                 .with("particle", particle)
@@ -123,10 +120,15 @@ impl From<&ChangeError> for ServiceError {
     }
 }
 
+/// How many values a change has for a body, and how many it needs.
+fn counted(refused: ServiceError, body: &str, [found, needed]: [usize; 2]) -> ServiceError {
+    refused.with("body", body).with("found", found).with("allowed", needed)
+}
+
 /// Where surfaces of two bodies meet that have to be apart, at a particle of each.
 fn of_meeting(
     refused: ServiceError,
-    [body, other]: [&String; 2],
+    [body, other]: &[String; 2],
     [particle, other_particle]: [u32; 2],
     message: String,
 ) -> ServiceError {

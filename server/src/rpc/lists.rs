@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use nappe_proto::v1;
-use nappe_sim::world::{Change, Forces};
+use nappe_sim::world::{Change, Forces, Vectors};
 use prost::bytes::Bytes;
 
 use super::validate::finite_vector;
 use crate::error::ServiceError;
 
-/// Gives points (m) and velocities (m/s) of an uploaded mesh.
-pub(super) type MeshById<'a> = dyn Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError> + 'a;
+/// Gives points (m) and velocities (m/s) of an uploaded mesh, without a copy.
+pub(super) type MeshById<'a> = dyn Fn(&str) -> Result<[Vectors; 2], ServiceError> + 'a;
 
 /// Bytes of a list that are shown of changes that wait, at most.
 const SHOWN: usize = 4096;
@@ -48,14 +48,14 @@ pub(super) fn state(
             return Err(ServiceError::field(field, problem));
         }
         let [positions, velocities] = mesh(upload_id)?;
-        let velocities = (!velocities.is_empty()).then(|| velocities.into());
-        return Ok(Change::State { body, positions: positions.into(), velocities });
+        let velocities = (!velocities.is_empty()).then_some(velocities);
+        return Ok(Change::State { body, positions, velocities });
     }
     let positions = vectors(&format!("{field}.positions_f64"), positions_f64, "a position")?;
     let velocities = (!velocities_f64.is_empty())
         .then(|| vectors(&format!("{field}.velocities_f64"), velocities_f64, "a velocity"))
         .transpose()?;
-    Ok(Change::State { body, positions, velocities })
+    Ok(Change::State { body, positions: positions.into(), velocities: velocities.map(Into::into) })
 }
 
 fn named(field: &str, body: &str) -> Result<String, ServiceError> {

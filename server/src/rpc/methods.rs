@@ -5,6 +5,7 @@
 use std::{sync::Arc, time::Instant};
 
 use nappe_proto::v1::{self, simulation_service_server::SimulationService};
+use nappe_sim::world::Vectors;
 use tokio_stream::{Empty, StreamExt as _};
 use tonic::{Request, Response, Status, Streaming};
 
@@ -34,15 +35,14 @@ impl Methods {
     }
 
     /// Points and velocities of an uploaded mesh, by its id.
-    fn placed(&self) -> impl Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError> {
+    fn placed(&self) -> impl Fn(&str) -> Result<[Vectors; 2], ServiceError> {
         let meshes = &self.shared.meshes;
         move |id| {
-            let Some(mesh) = meshes.get(id) else {
+            meshes.vectors(id).ok_or_else(|| {
                 let message =
                     format!("no mesh has the id '{id}': it was never uploaded, or dropped for others");
-                return Err(ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id));
-            };
-            Ok([mesh.points.clone(), mesh.velocities.clone()])
+                ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id)
+            })
         }
     }
 

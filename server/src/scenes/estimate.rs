@@ -106,8 +106,9 @@ impl Estimate {
             (size.collider_triangles, COLLIDER_TRIANGLE),
         ];
         let grid = size.snow_grid_bytes[usize::from(precision == Precision::F64)] as f64;
+        let listed = size.collider_bytes.saturating_add(size.named_bytes);
         let top = if size.coarse_blocks > 0 { COARSE_TOP } else { 0.0 };
-        let beside = grid + top + of_patches(size.patched_particles) + size.collider_bytes as f64;
+        let beside = grid + top + of_patches(size.patched_particles) + listed as f64;
         let fixed = SESSION + THREAD * f64::from(thread_count) + beside;
         let sum = |bytes: fn(&Cost) -> f64| {
             parts.iter().map(|(count, cost)| *count as f64 * bytes(cost)).sum::<f64>()
@@ -203,6 +204,7 @@ mod tests {
         collider_points: 0,
         collider_triangles: 0,
         collider_bytes: 0,
+        named_bytes: 0,
         snow_grid_bytes: [0; 2],
     };
 
@@ -231,6 +233,10 @@ mod tests {
 
         let apart = Estimate::of(&SceneSize { triangles_apart: 2000, ..SIZE }, Precision::F64, 2);
         assert_eq!(apart.session_bytes, estimate.session_bytes + 840_000);
+
+        let forces = Estimate::of(&SceneSize { named_bytes: 1 << 50, ..SIZE }, Precision::F64, 2);
+        let refused = forces.claim(&account.claim(), &limits).expect_err("a name stands for many particles");
+        assert_eq!(refused.reason, Reason::ServerMemoryFull);
 
         let huge = SceneSize { snow_particles: u64::MAX, ..SIZE };
         let refused = Estimate::of(&huge, Precision::F32, 1).claim(&account.claim(), &limits);

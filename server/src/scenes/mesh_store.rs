@@ -6,7 +6,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nappe_scene::{ErrorKind, MeshSource, SceneError};
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::{mesh::TriangleMesh, world::Vectors};
 use uuid::Uuid;
 
 use crate::{
@@ -15,8 +15,8 @@ use crate::{
     memory::{Claim, MemoryAccount},
 };
 
-/// Uploaded meshes, bounded in number and in size: the one longest unused goes first. Sessions copy
-/// what they need, so no session depends on the store.
+/// Uploaded meshes, bounded in number and in size: the one longest unused goes first. Sessions copy what they are made
+/// from, and states that wait for their step share it: no session depends on the store.
 #[derive(Debug)]
 pub(crate) struct MeshStore {
     /// Meshes at most, 1 or more.
@@ -34,7 +34,27 @@ pub(crate) struct MeshStore {
 struct Kept {
     id: String,
     mesh: Arc<TriangleMesh>,
-    _memory: Claim,
+    memory: Arc<Claim>,
+}
+
+impl Kept {
+    /// Vectors of the mesh, without a copy.
+    fn share(&self, of: fn(&TriangleMesh) -> &[[f64; 3]]) -> Vectors {
+        Shared { mesh: Arc::clone(&self.mesh), of, _memory: Arc::clone(&self.memory) }.into()
+    }
+}
+
+/// Vectors of a mesh, whose memory counts for as long as somebody has them: the store may have forgotten it.
+struct Shared {
+    mesh: Arc<TriangleMesh>,
+    of: fn(&TriangleMesh) -> &[[f64; 3]],
+    _memory: Arc<Claim>,
+}
+
+impl AsRef<[[f64; 3]]> for Shared {
+    fn as_ref(&self) -> &[[f64; 3]] {
+        (self.of)(&self.mesh)
+    }
 }
 
 impl MeshStore {
@@ -58,7 +78,7 @@ impl MeshStore {
             forget_oldest(&mut meshes);
         }
 
-        meshes.push(Kept { id: id.clone(), mesh: Arc::new(mesh), _memory: memory });
+        meshes.push(Kept { id: id.clone(), mesh: Arc::new(mesh), memory: Arc::new(memory) });
         while meshes.len() > self.capacity || (meshes.len() > 1 && self.exceeds_budget(&meshes)) {
             forget_oldest(&mut meshes);
         }
@@ -71,12 +91,23 @@ impl MeshStore {
 
     /// The mesh of an id, which becomes the most recently used.
     pub(crate) fn get(&self, id: &str) -> Option<Arc<TriangleMesh>> {
+        self.used(id, |kept| Arc::clone(&kept.mesh))
+    }
+
+    /// Points (m) and velocities (m/s) of the mesh of an id, which becomes the most recently used.
+    pub(crate) fn vectors(&self, id: &str) -> Option<[Vectors; 2]> {
+        self.used(id, |kept| {
+            [kept.share(|mesh| mesh.points.as_slice()), kept.share(|mesh| mesh.velocities.as_slice())]
+        })
+    }
+
+    fn used<T>(&self, id: &str, look: impl FnOnce(&Kept) -> T) -> Option<T> {
         let mut meshes = self.lock();
         let index = meshes.iter().position(|kept| kept.id == id)?;
         let kept = meshes.remove(index);
-        let mesh = Arc::clone(&kept.mesh);
+        let found = look(&kept);
         meshes.push(kept);
-        Some(mesh)
+        Some(found)
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Kept>> {
@@ -97,6 +128,7 @@ fn size(mesh: &TriangleMesh) -> u64 {
         size_of_val(mesh.triangles.as_slice()),
         size_of_val(mesh.masses.as_slice()),
         size_of_val(mesh.uv.as_slice()),
+        size_of_val(mesh.velocities.as_slice()),
     ];
     arrays.iter().sum::<usize>() as u64
 }
@@ -153,6 +185,30 @@ mod tests {
         let large = store.insert(grid(30)).expect("room");
         assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false; 3]);
         assert!(store.get(&large).is_some());
+    }
+
+    #[test]
+    fn a_mesh_counts_for_as_long_as_somebody_has_its_points_or_its_velocities() {
+        let account = MemoryAccount::of_server(1 << 30);
+        let limits = Limits { max_meshes: 1, ..Limits::default() };
+        let store = MeshStore::new(&limits, Arc::clone(&account));
+        let moving = TriangleMesh { velocities: vec![[1.0; 3]; 9], ..grid(3) };
+        let (bytes, next) = (size(&moving), size(&grid(2)));
+        assert_eq!(bytes, size(&grid(3)) + 9 * 24);
+
+        let id = store.insert(moving).expect("room");
+        let [points, velocities] = store.vectors(&id).expect("it is kept");
+        let again = store.vectors(&id).expect("it is kept");
+        assert_eq!((points.len(), velocities.len()), (9, 9));
+        assert_eq!(points.as_ptr(), again[0].as_ptr(), "nothing is copied");
+        assert_eq!(account.used(), bytes);
+
+        store.insert(grid(2)).expect("room");
+        assert!(store.vectors(&id).is_none(), "it is forgotten");
+        drop((points, again));
+        assert_eq!(account.used(), bytes + next);
+        drop(velocities);
+        assert_eq!(account.used(), next);
     }
 
     #[test]

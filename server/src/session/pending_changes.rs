@@ -9,6 +9,9 @@ use nappe_sim::world::Change;
 
 use crate::error::{Reason, ServiceError};
 
+/// Changes in a page, unless the first call of it has more: with lists of a KiB each, an answer stays below 4 MiB.
+const PAGE_CHANGES: usize = 2048;
+
 /// Where changes stand among all that a session applies: first by step, then by order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Accepted {
@@ -98,18 +101,23 @@ impl PendingChanges {
         due
     }
 
-    /// Up to `count` groups after one, in the order in which they take effect, and the last of them if more follow.
+    /// Up to `count` groups after one, in the order in which they take effect, and the last of them if more follow. Fewer where
+    /// they have many changes.
     pub(super) fn page(
         &self,
         after: Option<Accepted>,
         count: usize,
     ) -> (Vec<PendingChange>, Option<Accepted>) {
         let from = after.map_or(Unbounded, Excluded);
-        let mut left = self.groups.range((from, Unbounded));
-        let page = left.by_ref().take(count);
-        let page: Vec<_> = page
-            .map(|(accepted, changes)| PendingChange { accepted: *accepted, changes: changes.clone() })
-            .collect();
+        let mut left = self.groups.range((from, Unbounded)).peekable();
+        let (mut page, mut room) = (Vec::new(), PAGE_CHANGES);
+        while page.len() < count
+            && let Some((accepted, changes)) =
+                left.next_if(|(_, changes)| page.is_empty() || weight(changes) <= room)
+        {
+            room = room.saturating_sub(weight(changes));
+            page.push(PendingChange { accepted: *accepted, changes: changes.clone() });
+        }
         let last = page.last().map(|group| group.accepted);
         (page, left.next().and(last))
     }
@@ -156,6 +164,23 @@ mod tests {
         let (page, more) = pending.page(None, 3);
         assert_eq!((orders(&page), more), (vec![2, 1, 3], Some(Accepted { step: 5, order: 3 })));
         let (page, more) = pending.page(Some(page[2].accepted), 3);
+        assert_eq!((orders(&page), more), (vec![4], None));
+
+        // Lists of a KiB and more: a page holds as many as an answer has room for, and one at least.
+        let list = |kibibytes: usize| Change::State {
+            body: "b".to_owned(),
+            positions: vec![[0.0; 3]; 1024 * kibibytes / 24].into(),
+            velocities: None,
+        };
+        let mut large = PendingChanges::new(10_000);
+        for kibibytes in [3000, 1000, 1000, 100] {
+            large.push(1, vec![list(kibibytes)]).expect("room");
+        }
+        let (page, more) = large.page(None, 9);
+        assert_eq!((orders(&page), more), (vec![1], Some(Accepted { step: 1, order: 1 })));
+        let (page, more) = large.page(more, 9);
+        assert_eq!((orders(&page), more), (vec![2, 3], Some(Accepted { step: 1, order: 3 })));
+        let (page, more) = large.page(more, 9);
         assert_eq!((orders(&page), more), (vec![4], None));
 
         assert_eq!(pending.drop_groups(Some(&[3, 1, 99])), 2);

@@ -35,9 +35,24 @@ impl Control {
 
         let (done, tried) = oneshot::channel();
         self.check_room(&mut desk, Some(&done))?;
-        let changes = desk.pending.states_due(desk.next_step).chain(changes).cloned().collect();
-        desk.trials.push(Trial { changes, done });
+        // Of a body that several calls put, the last state counts.
+        let mut list = changes.to_vec();
+        let due: Vec<&Change> = desk.pending.states_due(desk.next_step).collect();
+        for waiting in due.into_iter().rev() {
+            if !list.iter().any(|later| is_of_same_body(later, waiting)) {
+                list.insert(0, waiting.clone());
+            }
+        }
+        desk.trials.push(Trial { changes: list, done });
         self.changed.notify_one();
         Ok(Some(tried))
+    }
+}
+
+/// Whether both changes put one body.
+fn is_of_same_body(one: &Change, other: &Change) -> bool {
+    match (one, other) {
+        (Change::State { body: one, .. }, Change::State { body: other, .. }) => one == other,
+        _ => false,
     }
 }

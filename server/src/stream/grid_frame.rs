@@ -21,6 +21,9 @@ pub(super) const NODE_BYTES: usize = 28;
 /// the nodes, whatever a watcher asks for.
 const SMALL_STRIDES: i32 = 8;
 
+/// Choices that a frame keeps packed, the newest ones: watchers may choose anew for as long as it is kept.
+const CHOICES: usize = 4;
+
 /// A node that carries mass, as it is sent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
@@ -38,7 +41,7 @@ pub(crate) struct GridFrame {
     /// Distance between neighbouring nodes (m).
     cell: f64,
     nodes: Vec<Node>,
-    /// What watchers chose of them so far.
+    /// What watchers chose of them last.
     chosen: Mutex<Vec<(GridChoice, Arc<OnceLock<v1::GridField>>)>>,
     memory: Arc<FrameMemory>,
     _counted: Counted,
@@ -90,14 +93,17 @@ impl GridFrame {
         size_of_val(self.nodes.as_slice())
     }
 
-    /// The nodes of a choice, packed once for all watchers that make it. If there are too many, only those whose
-    /// indices are multiples of a stride.
+    /// The nodes of a choice, packed once for all watchers that make it, unless others made many choices in between. If there
+    /// are too many, only those whose indices are multiples of a stride.
     pub(crate) fn choose(&self, choice: &GridChoice) -> v1::GridField {
         let field = {
             let mut chosen = self.chosen.lock().unwrap_or_else(PoisonError::into_inner);
             let known = chosen.iter().find(|(other, _)| other == choice).map(|(_, field)| Arc::clone(field));
             known.unwrap_or_else(|| {
                 let field = Arc::default();
+                if chosen.len() == CHOICES {
+                    chosen.remove(0);
+                }
                 chosen.push((*choice, Arc::clone(&field)));
                 field
             })
@@ -243,6 +249,19 @@ mod tests {
             assert_eq!(sent.len(), with(stride), "{max_nodes}");
             assert!(stride == 1 || with(stride - 1) > max_nodes as usize, "{max_nodes}: {stride}");
         }
+    }
+
+    #[test]
+    fn a_frame_keeps_few_choices_however_many_are_made() {
+        let grid = block(-6, 7);
+        let choose = |max_nodes| grid.choose(&GridChoice { selection: Selection::All, max_nodes });
+        let first = choose(2197);
+        assert_eq!(choose(2197).mass_f32.as_ptr(), first.mass_f32.as_ptr(), "it is packed once");
+        drop(first);
+        (2198..2300).for_each(|max_nodes| drop(choose(max_nodes)));
+        // The nodes themselves are counted too.
+        assert_eq!(grid.memory.held(), (1 + CHOICES as u64) * grid.size() as u64);
+        assert_eq!(choose(2197).node_count, 2197);
     }
 
     #[test]

@@ -32,7 +32,7 @@ fn two([one, other]: [f64; 2]) -> WorldSetup {
 }
 
 fn put(body: &str, places: &[[f64; 3]]) -> Change {
-    Change::State { body: body.to_owned(), positions: places.into(), velocities: None }
+    Change::State { body: body.to_owned(), positions: places.to_vec().into(), velocities: None }
 }
 
 /// Where an upright sheet is that goes through the lower one.
@@ -57,7 +57,7 @@ fn refused(simulation: &mut Simulation, changes: &[Change]) -> ([String; 2], Str
     assert_eq!(simulation.check(changes), Err(error.clone()));
     assert_eq!(simulation.state_hash(), before, "{error}");
     let told = error.to_string();
-    let ChangeError::NotApart { body, other, .. } = error else { panic!("{told}") };
+    let ChangeError::NotApart { bodies: [body, other], .. } = error else { panic!("{told}") };
     let mut names = [body, other];
     names.sort();
     (names, told)

@@ -20,7 +20,8 @@ use nappe_sim::{
 
 use super::{
     meshes::{MeshSource, uploaded},
-    size::lattice_springs,
+    pins::named_bytes,
+    size::{lattice_springs, mesh_springs},
     snow::{Plan, particles_per_volume, settings},
 };
 use crate::{
@@ -70,6 +71,8 @@ pub struct SceneSize {
     pub collider_triangles: u64,
     /// Bytes of the solids that are made of them, of what each particle of cloth keeps of each, and of keys and loads of colliders.
     pub collider_bytes: u64,
+    /// Bytes of the particles that forces and moving pins name.
+    pub named_bytes: u64,
     /// Bytes of the snow's grid, in binary32 and in binary64.
     pub snow_grid_bytes: [u64; 2],
 }
@@ -136,6 +139,7 @@ impl SceneSize {
         let kinds = if by_formula { lattice } else { mesh_springs(points, triangles) };
         let count = springs.map_or(0, |springs| wanted(springs, kinds));
         self.cloth_particles = self.cloth_particles.saturating_add(points);
+        self.named_bytes = self.named_bytes.saturating_add(named_bytes(body, points));
         let (integrator, preconditioner) = (body.integrator, body.solver.preconditioner);
         if integrator.is_implicit() {
             self.implicit_particles = self.implicit_particles.saturating_add(points);
@@ -284,14 +288,6 @@ fn grid(columns: u64, rows: u64) -> (u64, u64, [u64; 3]) {
 
 fn free(mesh: &TriangleMesh) -> (u64, u64, [u64; 3]) {
     (mesh.points.len() as u64, mesh.triangles.len() as u64, [0; 3])
-}
-
-/// Springs of each kind on a mesh: by Euler's formula a surface has as many edges as points and triangles together;
-/// edges and pairs of triangles are three per triangle; each edge has about one continuation.
-fn mesh_springs(points: u64, triangles: u64) -> [u64; 3] {
-    let sides = triangles.saturating_mul(3);
-    let edges = sides.min(points.saturating_add(triangles));
-    [edges, sides - edges, edges]
 }
 
 fn wanted(springs: &Springs, [stretch, shear, bend]: [u64; 3]) -> u64 {

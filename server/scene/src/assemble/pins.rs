@@ -1,12 +1,14 @@
 //! Pins by index or name, and pins that move from the start.
 
+use std::collections::BTreeSet;
+
 use nappe_sim::{
     cloth::Network,
     world::{Change, TimedForce},
 };
 
 use crate::{
-    body::{ForceText, MovingPin, Pin},
+    body::{Body, ForceText, Mesh, MovingPin, Pin},
     error::{ErrorKind, SceneError, excerpt, suggestion},
     location::Location,
 };
@@ -14,6 +16,28 @@ use crate::{
 const ON_GRIDS: [&str; 8] =
     ["top_left", "top_right", "bottom_left", "bottom_right", "top", "bottom", "left", "right"];
 const ON_CHAINS: [&str; 2] = ["first", "last"];
+
+/// Bytes of a particle that a force names: in its list, which grows by doubling, and in that of the cloth.
+const FORCED_BYTES: u64 = 12;
+/// Bytes of a particle that moves from the start: its change, in lists that grow by doubling, and its way.
+const MOVED_BYTES: u64 = 512;
+
+/// Bytes, at most, of the particles that forces and moving pins of a body name, of so many: a name stands for many of them.
+pub(super) fn named_bytes(body: &Body, points: u64) -> u64 {
+    let row = match body.mesh {
+        Mesh::Grid { grid: [columns, rows], .. } => columns.max(rows),
+        Mesh::CourseGrid { course_grid: side } => side,
+        _ => 1,
+    };
+    let count = |pin: &Pin| match pin {
+        Pin::Name(name) if name == "all" => points,
+        Pin::Name(_) => row.into(),
+        Pin::Index(_) => 1,
+    };
+    let forced = body.forces.iter().map(|force| count(&force.on)).sum::<u64>();
+    let moved = body.moving_pins.iter().map(|moving| count(&moving.pin)).sum::<u64>();
+    FORCED_BYTES.saturating_mul(forced).saturating_add(MOVED_BYTES.saturating_mul(moved))
+}
 
 /// How a body's particles are numbered, which says what names they have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,8 +87,14 @@ pub(super) fn particles(
     count: usize,
     at: &Location<'_>,
 ) -> Result<Vec<u32>, SceneError> {
-    let mut all = Vec::new();
+    let (mut all, mut names) = (Vec::new(), BTreeSet::new());
     for (i, pin) in pins.iter().enumerate() {
+        // What a name pins is pinned once, however often it stands there.
+        if let Pin::Name(name) = pin
+            && !names.insert(name)
+        {
+            continue;
+        }
         all.extend(resolve(pin, layout, count, &at.index(i))?);
     }
     all.sort_unstable();
@@ -170,4 +200,38 @@ fn on_grid(name: &str, columns: u32, rows: u32) -> Option<Vec<u32>> {
         "right" => (0..rows).map(|r| r * columns + right).collect(),
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{NoMeshes, Scene, SceneLimits};
+
+    fn scene(more: &str) -> Scene {
+        let text = format!(
+            "version = 1\ndt = 0.001\n[[body]]\nname = \"b\"\nmesh = {{ grid = [20, 5], spacing = 0.1 }}\n\
+             mass = {{ particle = 0.1 }}\n{more}"
+        );
+        Scene::parse(&text, "test").expect("a scene")
+    }
+
+    #[test]
+    fn a_name_that_stands_there_often_pins_once() {
+        let scene = scene("pins = [\"top\", 30, \"top\", \"top_left\", \"top\", 30, \"top\"]\n");
+        let built = scene.build(&NoMeshes, &SceneLimits::default()).expect("it can be built");
+        let pins: Vec<u32> = (0..20).chain([30]).collect();
+        assert_eq!(built.setup.bodies[0].network.pins, pins);
+    }
+
+    #[test]
+    fn particles_that_forces_and_moving_pins_name_are_counted_before_they_are_listed() {
+        let force = |on: &str| format!("[[body.force]]\non = {on}\nforce = [0, 1, 0]\n");
+        let moving =
+            |pin: &str| format!("[[body.moving_pin]]\npin = {pin}\noffset = [0, 1, 0]\nduration = 1\n");
+        let bytes = |more: &str| scene(more).size(&NoMeshes).named_bytes;
+        assert_eq!(bytes(""), 0);
+        let forces = force("\"all\"").repeat(1000) + &force("\"top\"") + &force("7");
+        assert_eq!(bytes(&forces), FORCED_BYTES * (100 * 1000 + 20 + 1));
+        assert_eq!(bytes(&moving("\"left\"").repeat(3)), MOVED_BYTES * 60, "the longer side, at most");
+    }
 }

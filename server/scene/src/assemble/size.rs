@@ -122,3 +122,11 @@ pub(super) fn lattice_springs(columns: u64, rows: u64) -> [u64; 3] {
         c * r.saturating_sub(2) + r * c.saturating_sub(2),
     ]
 }
+
+/// Springs of each kind on a mesh: by Euler's formula a surface has as many edges as points and triangles together;
+/// edges and pairs of triangles are three per triangle; each edge has about one continuation.
+pub(super) fn mesh_springs(points: u64, triangles: u64) -> [u64; 3] {
+    let sides = triangles.saturating_mul(3);
+    let edges = sides.min(points.saturating_add(triangles));
+    [edges, sides - edges, edges]
+}

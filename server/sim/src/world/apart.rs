@@ -94,7 +94,7 @@ impl<R: Real> Cloth<R> {
     /// That surfaces meet at a particle of each; `message` says how, from the names of their bodies.
     fn not_apart(&self, rows: [u32; 2], message: impl FnOnce([&str; 2]) -> String) -> ChangeError {
         let names = rows.map(|row| self.parts.of(self.model.user[row as usize]).name.as_str());
-        let [body, other] = names.map(str::to_owned);
-        ChangeError::NotApart { body, other, particles: self.numbers(rows), message: message(names) }
+        let bodies = names.map(str::to_owned);
+        ChangeError::NotApart { bodies, particles: self.numbers(rows), message: message(names) }
     }
 }

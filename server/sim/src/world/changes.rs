@@ -9,6 +9,7 @@ use thiserror::Error;
 use super::{
     collider_move::{ColliderMove, MoveError},
     forces::Forces,
+    vectors::Vectors,
 };
 use crate::{cloth::SpringKind, math::number};
 
@@ -76,14 +77,14 @@ pub enum Change {
         forces: Forces,
     },
     /// Puts all particles of a body elsewhere, and forgets what was before: pins stand where they are put, and snow is without
-    /// deformation.
+    /// deformation. A body is put once among changes that are applied together.
     State {
         /// Name of a cloth or of an object of snow.
         body: String,
         /// Positions (m), as many as the body has particles.
-        positions: Arc<[[f64; 3]]>,
+        positions: Vectors,
         /// Velocities (m/s), as many; none: all are 0. Those of pins are 0.
-        velocities: Option<Arc<[[f64; 3]]>>,
+        velocities: Option<Vectors>,
     },
     /// Puts every body and parameter back to the start of the simulation, before all changes. Steps and time go on.
     Reset,
@@ -140,6 +141,8 @@ pub enum ChangeError {
     UnknownBody { name: String, known: String },
     #[error("{body}: {what} of {found} particles, and the body has {needed}")]
     WrongCount { body: String, what: &'static str, found: usize, needed: usize },
+    #[error("states {first} and {second} put '{body}': one state of a body in a call is allowed")]
+    StateTwice { body: String, first: usize, second: usize },
     #[error("{body}: {found} forces for {needed} particles: one for each, or one for all, is needed")]
     ForceCount { body: String, found: usize, needed: usize },
     #[error("{body}: {what} of particle {particle} is {}: allowed are {} to {}", number(*value), number(allowed[0]), number(allowed[1]))]
@@ -149,9 +152,10 @@ pub enum ChangeError {
     #[error("{body}: there is no particle {particle}: the body has {count}, from 0")]
     NotInBody { body: String, particle: u32, count: usize },
     #[error(
-        "body '{body}': {message}; leave a gap, and put bodies that make room for each other by one call"
+        "body '{}': {message}; leave a gap, and put bodies that make room for each other by one call",
+        bodies[0]
     )]
-    NotApart { body: String, other: String, particles: [u32; 2], message: String },
+    NotApart { bodies: [String; 2], particles: [u32; 2], message: String },
     #[error("'{body}' is snow that ranks step: forces, states and resets are for snow of one process")]
     SnowOverRanks { body: String },
     #[error("body '{body}' has no {kind} springs")]

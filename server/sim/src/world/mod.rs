@@ -5,6 +5,7 @@
 
 mod wind;
 mod forces;
+mod vectors;
 mod setup;
 mod report;
 mod topology;
@@ -40,3 +41,4 @@ pub use setup::{BodySetup, SetupError, WorldSetup};
 pub use simulation::Simulation;
 pub use state::{TakenField, WorldState};
 pub use topology::{BodyTopology, StepBound};
+pub use vectors::Vectors;

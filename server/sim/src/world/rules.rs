@@ -115,6 +115,7 @@ impl ChangeRules {
     /// # Errors
     /// The first change that would be refused.
     pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
+        check_bodies_put(changes)?;
         changes.iter().try_for_each(|change| self.check_one(change))?;
         let moves = changes.iter().filter_map(|change| match change {
             Change::Collider(asked) => Some(&asked.collider),
@@ -315,6 +316,23 @@ impl ChangeRules {
 
         let kind = kind.map_or("any", SpringKind::name);
         Err(ChangeError::NoSuchSprings { body: name.unwrap_or("any").into(), kind })
+    }
+}
+
+/// Each body has one state at most, before the numbers of any are looked at.
+fn check_bodies_put(changes: &[Change]) -> Result<(), ChangeError> {
+    let bodies = changes.iter().filter_map(|change| match change {
+        Change::State { body, .. } => Some(body),
+        _ => None,
+    });
+    let mut put: Vec<(&String, usize)> = bodies.zip(0..).collect();
+    put.sort_unstable();
+    match put.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(pair) => {
+            let [(body, first), (_, second)] = [pair[0], pair[1]];
+            Err(ChangeError::StateTwice { body: body.clone(), first, second })
+        }
+        None => Ok(()),
     }
 }
 

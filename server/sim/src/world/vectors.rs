@@ -1,0 +1,61 @@
+//! Vectors that a change has for the particles of a body: its own list, or one that others have too.
+
+use std::{fmt, ops::Deref, sync::Arc};
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Vectors, one for each particle. They stay where they are, in whatever they were made from: a copy refers to the same ones.
+#[derive(Clone)]
+pub struct Vectors(Arc<dyn AsRef<[[f64; 3]]> + Send + Sync>);
+
+impl<T: AsRef<[[f64; 3]]> + Send + Sync + 'static> From<T> for Vectors {
+    fn from(owner: T) -> Self {
+        Self(Arc::new(owner))
+    }
+}
+
+impl Deref for Vectors {
+    type Target = [[f64; 3]];
+
+    fn deref(&self) -> &Self::Target {
+        (*self.0).as_ref()
+    }
+}
+
+impl fmt::Debug for Vectors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&**self, f)
+    }
+}
+
+impl PartialEq for Vectors {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl Serialize for Vectors {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (**self).serialize(serializer)
+    }
+}
+
+/// Whoever gets them has a list of its own.
+impl<'de> Deserialize<'de> for Vectors {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::<[f64; 3]>::deserialize(deserializer).map(Self::from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_copy_refers_to_the_same_vectors() {
+        let own = Vectors::from(vec![[1.0, 2.0, 3.0]; 2]);
+        let copy = own.clone();
+        assert_eq!(own.as_ptr(), copy.as_ptr());
+        assert!(own == Vectors::from([[1.0, 2.0, 3.0]; 2]) && own != Vectors::from([[1.0, 2.0, 4.0]; 2]));
+    }
+}
