@@ -321,7 +321,7 @@ reasons! {
         "Look at the log of the server for the last lines of the launcher, and create the session again."
 
     BuildTooLong "BUILD_TOO_LONG" ResourceExhausted
-        "Building the scene would take longer than the server allows, by the estimate `needed_seconds`."
+        "Building the scene would take longer than the server allows, by the estimate `needed_seconds`, or was given up after so long."
         "Make the scene smaller, or raise the limit."
 
     UploadTimedOut "UPLOAD_TIMED_OUT" DeadlineExceeded

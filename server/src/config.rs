@@ -185,7 +185,7 @@ pub struct Limits {
     /// machine, its control group and the limits of the process allow.
     #[arg(long, env = "NAPPE_MAX_SERVER_BYTES", default_value_t = Limits::default().max_server_bytes, value_parser = whole::<u64>(0..))]
     pub max_server_bytes: u64,
-    /// Seconds that building a session may be estimated to take.
+    /// Seconds that building a session may be estimated to take, and may take.
     #[arg(long, env = "NAPPE_MAX_BUILD_SECONDS", default_value_t = Limits::default().max_build_seconds, value_parser = whole::<u32>(0..))]
     pub max_build_seconds: u32,
     /// Threads of one session; 0 means as many as there are logical cores.

@@ -36,6 +36,7 @@ mod failed_sessions;
 mod stalled_watchers;
 mod crowded;
 mod long_steps;
+mod overlapping;
 mod hung_ranks;
 mod snow_over_ranks;
 mod shared_control;

@@ -38,7 +38,7 @@ const MAX_STEPS_AHEAD: u64 = 10_000_000;
 pub(super) struct Control {
     pub(super) status: Arc<Status>,
     pub(super) rules: Arc<ChangeRules>,
-    interrupt: Interrupt,
+    pub(super) interrupt: Interrupt,
     desk: Mutex<Desk>,
     /// Tells the thread that the desk has changed.
     pub(super) changed: Condvar,

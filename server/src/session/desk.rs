@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use nappe_sim::world::{Change, Simulation};
+use nappe_sim::{
+    interrupt::Interrupt,
+    world::{Change, Simulation},
+};
 use tokio::sync::oneshot;
 
 use super::{
@@ -132,6 +135,8 @@ pub(super) enum InProgress {
 #[derive(Debug)]
 pub(super) struct Trial {
     pub(super) changes: Vec<Change>,
+    /// Given up with the session, and where the caller goes.
+    pub(super) interrupt: Interrupt,
     pub(super) done: oneshot::Sender<Result<(), ServiceError>>,
 }
 

@@ -109,13 +109,14 @@ impl Simulator {
     /// Applies changes between two steps.
     ///
     /// # Errors
-    /// What is wrong with them, or with the ranks.
+    /// What is wrong with them, or with the ranks; or that they were given up with the session, which stands as before them.
     pub(super) fn apply(&mut self, changes: &[Change]) -> Result<(), ServiceError> {
         // The hash of the state covers parameters.
         self.hashed.set(None);
         let simulation = &mut self.simulation;
         let applied = if simulation.rules().puts_surfaces(changes) {
-            self.pool.install(|| simulation.apply(changes))
+            let interrupt = simulation.interrupt().clone();
+            self.pool.install(|| interrupt.leave_at_points(|| simulation.apply(changes)))?
         } else {
             simulation.apply(changes)
         };
@@ -140,10 +141,12 @@ impl Simulator {
     /// Tells whether changes could be made now, unless the state may be half changed.
     pub(super) fn try_out(&self, trials: Vec<Trial>) {
         let simulation = &self.simulation;
-        for Trial { changes, done } in trials.into_iter().filter(|_| !self.is_torn) {
-            let tried = self.pool.install(|| simulation.check(&changes));
-            // Whoever asked may be gone.
-            let _ = done.send(tried.map_err(|error| ServiceError::from(&error)));
+        for Trial { changes, interrupt, done } in trials.into_iter().filter(|_| !self.is_torn) {
+            let tried = self.pool.install(|| interrupt.leave_at_points(|| simulation.check(&changes)));
+            // Of what was given up nobody is told: the session ends, or who asked is gone.
+            if let Ok(tried) = tried {
+                let _ = done.send(tried.map_err(|error| ServiceError::from(&error)));
+            }
         }
     }
 

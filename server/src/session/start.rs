@@ -8,7 +8,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     sync::Arc,
     thread,
-    time::SystemTime,
+    time::{Duration, SystemTime},
 };
 
 use nappe_proto::v1;
@@ -19,7 +19,7 @@ use nappe_sim::{
     world::{ChangeRules, Simulation},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use tokio::sync::oneshot;
+use tokio::{sync::oneshot, time::timeout};
 use tokio_util::sync::CancellationToken;
 
 use super::{
@@ -79,7 +79,7 @@ pub(crate) struct Resources {
     pub counters: Arc<Counters>,
 }
 
-/// A call that waits for a build: if it goes before there is an answer, the build is given up.
+/// A call that waits for a build: if it goes before there is an answer, or waits no longer, the build is given up.
 struct Waiting {
     interrupt: Interrupt,
     place: Place,
@@ -95,21 +95,21 @@ impl Drop for Waiting {
     }
 }
 
-/// Starts the thread of a session, which keeps `place` and `memory` until it ends. If the caller goes, the build is
-/// given up.
+/// Starts the thread of a session, which keeps `place` and `memory` until it ends. If the caller goes, or the build
+/// takes longer than is allowed, it is given up.
 ///
 /// # Errors
-/// If the scene cannot be read or simulated.
+/// If the scene cannot be read or simulated, or takes too long to build.
 pub(crate) async fn start(
     options: SessionOptions,
     resources: Resources,
     place: Place,
     memory: Claim,
 ) -> Result<(Session, Vec<String>), ServiceError> {
-    let name = options.id.clone();
+    let (name, allowed) = (options.id.clone(), resources.limits.max_build_seconds);
     let build =
         move |interrupt: &Interrupt, ended, memory| build(&options, &resources, interrupt, ended, memory);
-    launch(name, place, memory, build).await
+    launch(name, place, memory, allowed, build).await
 }
 
 /// Starts the thread of a session that stands where another one stands; without a limit of steps, as that one has
@@ -133,21 +133,22 @@ pub(crate) async fn fork(
         ..properties.of_new_session(id)
     };
 
-    let name = properties.id.clone();
+    let (name, allowed) = (properties.id.clone(), resources.limits.max_build_seconds);
     let build = move |_: &Interrupt, ended, memory| {
         let pool = thread_pool(properties.thread_count)?;
         let asked = (Arc::clone(simulation.rules()), pending);
         let (stepper, session) = stand(simulation, pool, properties, asked, &resources, ended, memory)?;
         Ok((stepper, session, Vec::new()))
     };
-    Ok(launch(name, place, memory, build).await?.0)
+    Ok(launch(name, place, memory, allowed, build).await?.0)
 }
 
-/// Starts a thread that builds a session and steps it, and that keeps `place` and `memory` until it ends.
+/// Starts a thread that builds a session within `allowed` seconds and steps it, and that keeps `place` and `memory` until it ends.
 async fn launch(
     name: String,
     place: Place,
     memory: Claim,
+    allowed: u32,
     build: impl FnOnce(&Interrupt, CancellationToken, Claim) -> Result<Parts, ServiceError> + Send + 'static,
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let (reply, answer) = oneshot::channel();
@@ -178,7 +179,8 @@ async fn launch(
 
     // Linux shows the first 15 characters of a thread's name.
     thread::Builder::new().name(name).spawn(body).map_err(|error| no_threads(&error))?;
-    let answer = answer.await;
+    let answer = timeout(Duration::from_secs(allowed.into()), answer).await;
+    let answer = answer.map_err(|_elapsed| too_long(allowed))?;
     waiting.is_answered = true;
     answer.map_err(|_panicked| {
         ServiceError::internal("building the scene panicked: this is a bug in the server")
@@ -314,6 +316,14 @@ fn no_threads(error: &impl std::fmt::Display) -> ServiceError {
         Reason::ServerMemoryFull,
         format!("the system starts no thread for the session: {error}"),
     )
+}
+
+/// A build that was given up after so many seconds.
+fn too_long(allowed: u32) -> ServiceError {
+    let message = format!(
+        "building the session takes more than {allowed} s, and no more is allowed: where many triangles overlap, it takes long"
+    );
+    ServiceError::new(Reason::BuildTooLong, message).with("allowed_seconds", allowed)
 }
 
 /// A scene that can be read but not simulated.

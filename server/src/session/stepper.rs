@@ -150,6 +150,10 @@ impl Stepper {
         }
         for changes in due {
             if let Err(error) = self.simulator.apply(changes) {
+                // Given up as a step is.
+                if error.reason == Reason::RequestCancelled {
+                    return self.control.interrupted();
+                }
                 self.simulator.is_torn |= self.simulator.ranks.is_some();
                 return self.fail(error, index, None, None);
             }

@@ -3,27 +3,36 @@
 //! Enters: changes of a call. Leaves: why they cannot be made. At a later step the others will be elsewhere: such changes are accepted,
 //! and looked at when they are made.
 
-use nappe_sim::world::Change;
+use nappe_sim::{interrupt::Interrupt, world::Change};
 use tokio::sync::oneshot;
 
 use super::{control::Control, desk::Trial, transition::State};
 use crate::error::ServiceError;
 
-/// Where it is told whether changes can be made.
-type Tried = oneshot::Receiver<Result<(), ServiceError>>;
+/// A call that waits to be told whether changes can be made: if it goes, they are not tried any longer.
+struct Waiting {
+    tried: oneshot::Receiver<Result<(), ServiceError>>,
+    interrupt: Interrupt,
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.interrupt.request();
+    }
+}
 
 impl Control {
     /// Refuses changes before step `at_step` that could not be made, as far as that is known now.
     pub(super) async fn try_out(&self, at_step: u64, changes: &[Change]) -> Result<(), ServiceError> {
         match self.begin_trial(at_step, changes)? {
             // If nobody tells it, the session has come to its end, and refuses the call itself.
-            Some(tried) => tried.await.unwrap_or(Ok(())),
+            Some(mut waiting) => (&mut waiting.tried).await.unwrap_or(Ok(())),
             None => Ok(()),
         }
     }
 
     /// Asks the thread, if there is something to be tried and that step is the next one: after the states that wait for it.
-    fn begin_trial(&self, at_step: u64, changes: &[Change]) -> Result<Option<Tried>, ServiceError> {
+    fn begin_trial(&self, at_step: u64, changes: &[Change]) -> Result<Option<Waiting>, ServiceError> {
         if !self.rules.puts_surfaces(changes) {
             return Ok(None);
         }
@@ -43,9 +52,10 @@ impl Control {
                 list.insert(0, waiting.clone());
             }
         }
-        desk.trials.push(Trial { changes: list, done });
+        let interrupt = self.interrupt.of_part();
+        desk.trials.push(Trial { changes: list, interrupt: interrupt.clone(), done });
         self.changed.notify_one();
-        Ok(Some(tried))
+        Ok(Some(Waiting { tried, interrupt }))
     }
 }
 

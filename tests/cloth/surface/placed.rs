@@ -74,7 +74,7 @@ fn a_sheet_that_is_put_through_another_is_refused_with_both_and_nothing_has_chan
         let (names, told) = refused(&mut simulation, &[put("other", &through())]);
         assert_eq!(names, ["one", "other"], "{told}");
         assert!(told.contains("after the change") && told.contains("of particles"), "{told}");
-        assert!(told.contains(&format!("({count} pairs")), "{precision}: {told}, not {count}");
+        assert!(told.contains("(at least 1 pair"), "{precision}: {told}");
         assert_eq!(simulation.state_hash(), first.state_hash());
 
         // In a list with others, and on the way: the lower sheet has fallen by a little, and is crossed still.
@@ -120,10 +120,9 @@ fn bodies_that_change_places_in_one_list_are_taken_and_one_alone_is_not() {
     assert_eq!(positions(&simulation), [upper, lower].concat());
     advance(&mut simulation, 5);
 
-    // Of a body that is put twice the last place counts, and a reset brings all back before what follows it.
+    // A reset brings all back, and what follows it counts from there.
     simulation.apply(&[put("other", &through()), Change::Reset]).expect("the start");
     assert_eq!(positions(&simulation), start);
-    simulation.apply(&[put("other", &through()), put("other", upper)]).expect("as at the start");
     simulation.apply(&[other, one.clone()]).expect("they change places");
     refused(&mut simulation, &[Change::Reset, one]);
 }

@@ -7,7 +7,7 @@ use nappe_scene::{Built, Scene, SceneLimits};
 use nappe_sim::{
     cloth::Crossed,
     math::four_digits,
-    world::{BodySetup, Simulation, WorldSetup},
+    world::{BodySetup, SetupError, Simulation, WorldSetup},
 };
 use serde::Serialize;
 
@@ -76,7 +76,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     let Built { setup, initial_changes: _, collider_solids, mut warnings } =
         scene.build(&Source::meshes(&args.scene), &SceneLimits::default())?;
     // Steps that are too long are known once a simulation is made.
-    let (simulation, odd) = Simulation::new(&setup, scene.precision).map_err(CliError::failure)?;
+    let made = Simulation::new(&setup, scene.precision);
+    let (simulation, odd) = made.map_err(|error| refused(&error, &setup))?;
     warnings.extend(odd);
 
     let colliders = collider_solids.into_iter().map(|solid| Collider {
@@ -100,6 +101,19 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     }
 }
 
+/// What is wrong with a scene, and how often its surfaces cross themselves: where they may not, the first pair alone is named.
+fn refused(error: &SetupError, setup: &WorldSetup) -> CliError {
+    let mut message = error.to_string();
+    for crossing in crossings(setup) {
+        let _ = write!(message, "\n{}", told(&crossing));
+    }
+    CliError::failure(message)
+}
+
+fn told(Crossing { body, count, edge, triangle }: &Crossing) -> String {
+    format!("body '{body}': {}", Crossed { count: *count, edge: *edge, triangle: *triangle })
+}
+
 fn crossings(setup: &WorldSetup) -> Vec<Crossing> {
     let of_body = |body: &BodySetup| {
         let Crossed { count, edge, triangle } = body.network.crossed()?;
@@ -114,9 +128,8 @@ fn in_words(checked: &Checked<'_>) -> String {
     let Checked { scene, particles, springs, colliders, crossings, .. } = checked;
     let mut sentence =
         format!("{scene}: no errors; {} particles, {} springs", count(*particles), count(*springs));
-    for Crossing { body, count, edge, triangle } in crossings {
-        let crossed = Crossed { count: *count, edge: *edge, triangle: *triangle };
-        let _ = write!(sentence, "\nbody '{body}': {crossed}");
+    for crossing in crossings {
+        let _ = write!(sentence, "\n{}", told(crossing));
     }
     if colliders.is_empty() {
         return sentence;

@@ -14,6 +14,7 @@ use super::{
     state::{ClothReport, State},
 };
 use crate::{
+    interrupt::Interrupted,
     linalg::{Outcome, PreconditionerKind, SolveReport, Stop},
     math::Real,
     report::{
@@ -214,15 +215,16 @@ impl<R: Real> Stepping<'_, R> {
         self.work.abandon(self.state);
     }
 
-    /// Takes what was tried for the state.
-    pub(crate) fn settle(&mut self, watch: &mut dyn Stopwatch) {
-        let Self { model, settings, .. } = *self;
+    /// Takes what was tried for the state; fails where it is asked to give up.
+    pub(crate) fn settle(&mut self, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
+        let Self { model, settings, around, .. } = *self;
         let is_evaluated = self.work.is_current(Purpose::of(settings));
         self.work.accept(self.state);
         if let Some(surface) = &model.surface
             && settings.contact.surface == SurfaceCheck::Count
         {
-            let crossings = Some(self.work.crossings.of(surface, &self.state.x));
+            let counted = self.work.crossings.of(surface, &self.state.x, around.interrupt);
+            let crossings = Some(counted.map_err(|Interrupted| StepFailure::Interrupted)?);
             let tried = &mut self.work.tried.surface;
             *tried = Some(SurfaceReport { crossings, ..tried.unwrap_or_default() });
         }
@@ -243,6 +245,7 @@ impl<R: Real> Stepping<'_, R> {
             self.state.gain.energy = owed(self.state.gain.energy, rise, &allowed, *judged);
         }
         self.work.add_to_report();
+        Ok(())
     }
 
     /// Why the energy that explicit steps gained is more than what their method swings by, if it is.

@@ -1,7 +1,12 @@
 //! How many edges of a surface cross its triangles, counted exactly, and the first that does.
 
+use std::ops::ControlFlow;
+
 use super::{faces::Faces, predicates::crosses, tree::Tree};
-use crate::math::{Vec3, array3};
+use crate::{
+    interrupt::{Interrupt, Interrupted},
+    math::{Vec3, array3},
+};
 
 /// An edge and a triangle that it crosses, by the numbers of their particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,22 +44,49 @@ impl Crossings {
     ///
     /// `x` gives the place (m, finite) of a particle.
     ///
-    /// # Panics
-    /// When the faces are not as many as this was made for.
-    pub fn count(&mut self, faces: &Faces, x: &(dyn Fn(u32) -> Vec3<f64> + Sync)) -> (u64, Option<Crossing>) {
-        self.count_of(faces, x, &|_| true)
-    }
-
-    /// The same of those pairs that count, by their particles: the ends of the edge, then the corners of the triangle.
+    /// # Errors
+    /// When the count is given up.
     ///
     /// # Panics
     /// When the faces are not as many as this was made for.
-    pub fn count_of(
+    pub fn count(
+        &mut self,
+        faces: &Faces,
+        x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
+        interrupt: &Interrupt,
+    ) -> Result<(u64, Option<Crossing>), Interrupted> {
+        self.look(faces, x, &|_| true, u64::MAX, interrupt)?;
+        Ok((self.found.iter().map(|found| found.count).sum(), self.first()))
+    }
+
+    /// The first of those pairs that count, by their particles: the ends of the edge, then the corners of the triangle. Nothing is
+    /// looked for behind it.
+    ///
+    /// # Errors
+    /// When the search is given up.
+    ///
+    /// # Panics
+    /// When the faces are not as many as this was made for.
+    pub fn first_of(
         &mut self,
         faces: &Faces,
         x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
         counts: &(dyn Fn(&[u32]) -> bool + Sync),
-    ) -> (u64, Option<Crossing>) {
+        interrupt: &Interrupt,
+    ) -> Result<Option<Crossing>, Interrupted> {
+        self.look(faces, x, counts, 0, interrupt)?;
+        Ok(self.first())
+    }
+
+    /// Looks at all blocks, up to the first one that has found more than `most`.
+    fn look(
+        &mut self,
+        faces: &Faces,
+        x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
+        counts: &(dyn Fn(&[u32]) -> bool + Sync),
+        most: u64,
+        interrupt: &Interrupt,
+    ) -> Result<(), Interrupted> {
         let Self { tree, found } = self;
         let triangles = faces.triangles();
         tree.refit(&|face| {
@@ -63,15 +95,19 @@ impl Crossings {
             let high = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]));
             [low, high]
         });
-        tree.partners(found, |found: &mut Found, face, partners| {
+        tree.partners(found, interrupt, |found: &mut Found, face, partners| {
             for other in partners {
                 for (from, to) in [(face, *other), (*other, face)] {
                     found.look(faces, x, [from, to], counts);
                 }
             }
-        });
-        let count = found.iter().map(|found| found.count).sum();
-        (count, found.iter().find_map(|found| found.first))
+            if found.count > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    }
+
+    /// The first that was found: blocks behind one that broke off may have found some too.
+    fn first(&self) -> Option<Crossing> {
+        self.found.iter().find_map(|found| found.first)
     }
 }
 

@@ -10,6 +10,7 @@ mod distance;
 mod separation;
 mod beside;
 mod bounds;
+mod search;
 mod tree;
 mod touching;
 mod predicates;
@@ -22,7 +23,9 @@ pub use faces::Faces;
 pub use predicates::crosses;
 pub use separation::{between_middles, gap_along};
 pub use touching::touching;
-pub use tree::{Candidate, Crowded, Tree, Wanted};
+pub use tree::{Candidate, Tree, Unlisted, Wanted};
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod crowds;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{numbers::Numbers, *};
 use crate::{
+    interrupt::Interrupt,
     math::{Vec3, array3},
     parallel::on_threads,
 };
@@ -104,7 +105,8 @@ fn candidates(
 ) -> Vec<Candidate> {
     let mut out = Vec::new();
     tree.refit(&|face| box_of(&faces.triangles()[face]));
-    tree.candidates(faces, &Wanted { without: &|_| &[], is_wanted }, box_of, &mut out).expect("not too many");
+    let (wanted, never) = (Wanted { without: &|_| &[], is_wanted }, Interrupt::default());
+    tree.candidates(faces, &wanted, box_of, &mut out, &never).expect("not too many");
     out
 }
 
@@ -186,7 +188,7 @@ fn pairs_with_triangles_that_are_left_out_are_not_found() {
     let every = candidates(&faces, &mut tree, &box_of, &|_, _| true);
     let mut rest = Vec::new();
     let wanted = Wanted { without: &|face| beside.triangles(face), is_wanted: &|_, _| true };
-    tree.candidates(&faces, &wanted, &box_of, &mut rest).expect("not too many");
+    tree.candidates(&faces, &wanted, &box_of, &mut rest, &Interrupt::default()).expect("not too many");
 
     let touch = |pair: &Candidate| {
         let (first, second) = match pair.kind {
@@ -209,7 +211,16 @@ fn a_surface_without_triangles_has_no_pairs() {
     let mut tree = Tree::new(0);
     let nowhere = |_: &[u32]| [[0.0; 3]; 2];
     assert!(candidates(&faces, &mut tree, &nowhere, &|_, _| true).is_empty());
-    assert_eq!(Crossings::new(&faces).count(&faces, &|_| Vec3::zeros()), (0, None));
+    assert_eq!(counted(&mut Crossings::new(&faces), &faces, &|_| Vec3::zeros()), (0, None));
+}
+
+/// The crossings, and the first of them.
+fn counted(
+    crossings: &mut Crossings,
+    faces: &Faces,
+    x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
+) -> (u64, Option<Crossing>) {
+    crossings.count(faces, x, &Interrupt::default()).expect("nobody gives it up")
 }
 
 #[test]
@@ -229,8 +240,10 @@ fn crossings_are_those_of_all_edges_with_all_triangles() {
         let mut crossings = Crossings::new(&faces);
         for threads in [1, 3] {
             on_threads(threads, || {
-                let (count, first) = crossings.count(&faces, &at);
+                let (count, first) = counted(&mut crossings, &faces, &at);
                 assert_eq!(count, pairs.len() as u64, "{side} {crumpled}");
+                let alone = crossings.first_of(&faces, &at, &|_| true, &Interrupt::default());
+                assert_eq!(alone, Ok(first), "{side} {crumpled}");
                 let lowest = pairs.iter().map(|(a, b, _)| (*a, *b)).min();
                 let is_first = |(a, b, crossing): &(usize, usize, Crossing)| {
                     Some((*a, *b)) == lowest && Some(*crossing) == first
@@ -246,7 +259,7 @@ fn crossings_are_those_of_all_edges_with_all_triangles() {
 fn a_corner_that_sticks_out_by_a_nanometre_is_counted() {
     let (faces, mut x) = (faces(4, 2), places(4, 2, 0.0));
     let mut crossings = Crossings::new(&faces);
-    let mut count = |x: &[Vec3<f64>]| crossings.count(&faces, &|point| x[point as usize]);
+    let mut count = |x: &[Vec3<f64>]| counted(&mut crossings, &faces, &|point| x[point as usize]);
     for (depth, expected) in [(-1e-9, 0), (0.0, 0), (1e-9, 2)] {
         // Above the inside of a triangle of the other sheet.
         x[0] = Vec3::new(0.3, 0.1 + depth, 0.3);
@@ -256,8 +269,9 @@ fn a_corner_that_sticks_out_by_a_nanometre_is_counted() {
     }
     // Both edges have the corner.
     let at = |point: u32| x[point as usize];
-    let without = Crossings::new(&faces).count_of(&faces, &at, &|particles| !particles[..2].contains(&0));
-    assert_eq!(without, (0, None));
+    let counts = |particles: &[u32]| !particles[..2].contains(&0);
+    let without = Crossings::new(&faces).first_of(&faces, &at, &counts, &Interrupt::default());
+    assert_eq!(without, Ok(None));
 }
 
 #[test]
@@ -270,7 +284,7 @@ fn sheets_that_go_through_each_other_along_their_seams_are_counted() {
         let [u, v] = [i % side, i / side].map(f64::from);
         if sheet == 0 { Vec3::new(u, 0.0, v) } else { Vec3::new(u, v - 1.5, 2.0) }
     };
-    let (count, first) = Crossings::new(&faces).count(&faces, &at);
+    let (count, first) = counted(&mut Crossings::new(&faces), &faces, &at);
     // Five edges through particles, two of them at the border, and four through seams.
     assert_eq!(count, 3 * 6 + 2 * 3 + 4 * 2);
     assert!(first.is_some());

@@ -1,25 +1,30 @@
 //! Parts of a surface that touch each other: nothing can be kept apart that has no direction to be pushed along.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use super::{
     PairKind,
     distance::closest,
     faces::Faces,
-    tree::{Crowded, Tree, Wanted},
+    tree::{Candidate, Tree, Wanted},
 };
-use crate::math::Vec3;
+use crate::{
+    interrupt::{Interrupt, Interrupted},
+    math::Vec3,
+};
 
 /// Roundings of places below which no distance is known.
 const ROUNDINGS: f64 = 64.0;
 
-/// A particle of each part of a pair that shares none and touches, the least of all such: no nearer to each other than rounding tells apart. `x` gives
-/// the place (m, finite) of a particle; `counts` says of the four particles of a pair whether it is looked at.
+/// A particle of each part of the first pair that shares none and touches, in the order of candidates: no nearer to each other than rounding tells
+/// apart. `x` gives the place (m, finite) of a particle; `counts` says of the four particles of a pair whether it is looked at.
+///
+/// # Errors
+/// When the search is given up.
 pub fn touching(
     faces: &Faces,
     x: &(dyn Fn(u32) -> Vec3<f64> + Sync),
     counts: &(dyn Fn(&[u32]) -> bool + Sync),
-) -> Option<[u32; 2]> {
+    interrupt: &Interrupt,
+) -> Result<Option<[u32; 2]>, Interrupted> {
     let spare = |corners: &[u32]| {
         let largest = corners.iter().map(|corner| x(*corner).amax()).fold(0.0, f64::max);
         ROUNDINGS * f64::EPSILON * largest
@@ -36,23 +41,14 @@ pub fn touching(
         }
         bounds
     };
-    // Of much that touches nothing is listed.
-    let least = AtomicU64::new(u64::MAX);
-    let note = |kind: PairKind, corners: [u32; 4]| {
-        if counts(&corners) && closest(kind, corners.map(x)).difference.norm() <= spare(&corners) {
-            let key = u64::from(corners[0]) << u32::BITS | u64::from(corners[3]);
-            least.fetch_min(key, Ordering::Relaxed);
-        }
-        false
+    let touches = |kind: PairKind, corners: [u32; 4]| {
+        counts(&corners) && closest(kind, corners.map(x)).difference.norm() <= spare(&corners)
     };
     let mut tree = Tree::new(faces.triangles().len());
     tree.refit(&|face| around(&faces.triangles()[face]));
-    let (wanted, mut none) = (Wanted { without: &|_| &[], is_wanted: &note }, Vec::new());
-    match tree.candidates(faces, &wanted, &around, &mut none) {
-        Ok(()) | Err(Crowded { .. }) => {}
-    }
-    let key = least.into_inner();
-    (key < u64::MAX).then_some([(key >> u32::BITS) as u32, key as u32])
+    let wanted = Wanted { without: &|_| &[], is_wanted: &touches };
+    let first = tree.first_candidate(faces, &wanted, &around, interrupt)?;
+    Ok(first.map(|Candidate { corners: [first, .., last], .. }| [first, last]))
 }
 
 #[cfg(test)]
@@ -67,19 +63,20 @@ mod tests {
             let [x, y] = places[particle as usize];
             Vec3::new(x, y, 0.5)
         };
-        touching(&faces, &x, &|particles| !particles.contains(&without))
+        let counts = |particles: &[u32]| !particles.contains(&without);
+        touching(&faces, &x, &counts, &Interrupt::default()).expect("nobody gives it up")
     }
 
     #[test]
     fn a_corner_on_an_edge_touches_and_one_a_nanometre_away_does_not() {
-        // The edge from 1 to 2 and that from 5 to 3 are the first of several.
-        assert_eq!(beside(0.0, u32::MAX), Some([1, 3]));
+        // The corner and the triangle that it lies on come first.
+        assert_eq!(beside(0.0, u32::MAX), Some([3, 2]));
         assert_eq!((beside(1e-9, u32::MAX), beside(0.1, u32::MAX)), (None, None));
         // All that touches has the corner on the edge.
         assert_eq!(beside(0.0, 3), None);
         // Corners of one triangle touch each other, and are one part.
         let faces = Faces::new(&[[0, 1, 2], [2, 1, 3]], 4);
         let corner = |particle: u32| Vec3::new(f64::from(particle & 1), f64::from(particle >> 1), 0.0);
-        assert_eq!(touching(&faces, &corner, &|_| true), None);
+        assert_eq!(touching(&faces, &corner, &|_| true, &Interrupt::default()), Ok(None));
     }
 }

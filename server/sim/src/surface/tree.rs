@@ -4,17 +4,19 @@
 //! neighbours make a node, and four neighbours among the nodes of a level one of the next. So the tree follows from the
 //! number of triangles alone, and only its boxes are made anew.
 
+use std::ops::ControlFlow;
+
 use super::{
     bounds::{Bounds, Four, WIDTH},
     distance::PairKind,
     faces::Faces,
+    search::{BLOCK, LEAST_LEVELS, Search, search},
 };
-use crate::parallel::{Own, between_mut, per_block, per_block_mut, per_row_mut};
+use crate::{
+    interrupt::{Interrupt, Interrupted},
+    parallel::{Own, between_mut, per_block, per_row_mut},
+};
 
-/// Levels that every tree has: a block of triangles has a node of its own.
-const LEAST_LEVELS: usize = 3;
-/// Triangles that are searched from at once: those of a node of the third level.
-const BLOCK: usize = WIDTH * WIDTH * WIDTH;
 /// Nodes, or particles, that a thread makes boxes for at a time.
 const PIECE: usize = 256;
 
@@ -38,14 +40,25 @@ pub struct Wanted<'a> {
     pub is_wanted: &'a (dyn Fn(PairKind, [u32; 4]) -> bool + Sync),
 }
 
-/// Candidates of a block of triangles, at most, but for those of one more triangle: 500 per triangle. Cloth in piles of twenty has some 100.
+/// Candidates of a block of triangles, at most, but for those of one more go: 500 per triangle. Cloth in piles of twenty has some 100.
 const MOST: usize = 500 * BLOCK;
 
-/// So many parts come close that their pairs are too many.
+/// Why there is no list of candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crowded {
-    /// The first triangle of the first block of which that is so.
-    pub triangle: usize,
+pub enum Unlisted {
+    /// So many parts come close that their pairs are too many.
+    Crowded {
+        /// The first triangle of the first block of which that is so.
+        triangle: usize,
+    },
+    /// The search was given up.
+    Interrupted,
+}
+
+impl From<Interrupted> for Unlisted {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
 }
 
 /// Stands in room for candidates before they are written.
@@ -61,25 +74,11 @@ pub struct Tree {
     origin: [f64; 3],
     /// The box of each particle, widened, while candidates are looked for.
     corners: Vec<Bounds>,
-    found: Vec<Found>,
+    /// Of each block of triangles.
+    searches: Vec<Search>,
+    /// The candidates of each block.
+    lists: Vec<Vec<Candidate>>,
     starts: Vec<u32>,
-}
-
-/// What is found from a block of triangles, with room for the search.
-#[derive(Clone, Debug, Default)]
-struct Found {
-    candidates: Vec<Candidate>,
-    search: Search,
-}
-
-/// Nodes that may have something for what is searched from.
-#[derive(Clone, Debug, Default)]
-struct Search {
-    /// Level and number of those that wait to be looked at.
-    waiting: Vec<(usize, usize)>,
-    /// Those of 64 triangles for as many, then those of 16 for as many, then those of 4 for as many.
-    near: [Vec<usize>; LEAST_LEVELS],
-    partners: Vec<usize>,
 }
 
 impl Tree {
@@ -90,8 +89,9 @@ impl Tree {
             count = count.div_ceil(WIDTH);
             levels.push(vec![Four::NONE; count]);
         }
-        let found = vec![Found::default(); faces.div_ceil(BLOCK)];
-        Self { faces, levels, found, ..Self::default() }
+        let blocks = faces.div_ceil(BLOCK);
+        let (searches, lists) = (vec![Search::default(); blocks], vec![Vec::new(); blocks]);
+        Self { faces, levels, searches, lists, ..Self::default() }
     }
 
     /// Makes the boxes anew: `boxes` gives the lower and the upper corner (m) of that of a triangle, finite numbers.
@@ -131,7 +131,7 @@ impl Tree {
     /// the same boxes. Left out are pairs that share a particle, and those that are not wanted.
     ///
     /// # Errors
-    /// Where parts crowd so much that they would not fit into memory: no list is written then.
+    /// Where parts crowd so much that they would not fit into memory, or the search is given up: no list is written then.
     ///
     /// # Panics
     /// When the faces are not as many as the tree is over.
@@ -141,7 +141,52 @@ impl Tree {
         wanted: &Wanted<'_>,
         part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
         out: &mut Vec<Candidate>,
-    ) -> Result<(), Crowded> {
+        interrupt: &Interrupt,
+    ) -> Result<(), Unlisted> {
+        if let Some(block) = self.list(faces, wanted, part_box, MOST, interrupt)? {
+            return Err(Unlisted::Crowded { triangle: block * BLOCK });
+        }
+
+        self.starts.clear();
+        self.starts.push(0);
+        let mut count = 0;
+        for list in &self.lists {
+            count += list.len();
+            self.starts.push(u32::try_from(count).expect("candidates that can be numbered"));
+        }
+        out.resize(count, NOTHING);
+        let fields = (between_mut(out, &self.starts), per_block(&self.lists));
+        Own::whole(self.lists.len(), 1).each(fields, |_, (out, list)| out.copy_from_slice(list));
+        Ok(())
+    }
+
+    /// The first pair that [`Self::candidates`] would write, if any; nothing is looked for behind it.
+    ///
+    /// # Errors
+    /// When the search is given up.
+    ///
+    /// # Panics
+    /// When the faces are not as many as the tree is over.
+    pub fn first_candidate(
+        &mut self,
+        faces: &Faces,
+        wanted: &Wanted<'_>,
+        part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
+        interrupt: &Interrupt,
+    ) -> Result<Option<Candidate>, Interrupted> {
+        let block = self.list(faces, wanted, part_box, 0, interrupt)?;
+        Ok(block.map(|block| self.lists[block][0]))
+    }
+
+    /// Lists the candidates of each block, up to the first block that has more than `most`, and gives that one.
+    fn list(
+        &mut self,
+        faces: &Faces,
+        wanted: &Wanted<'_>,
+        part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
+        most: usize,
+        interrupt: &Interrupt,
+    ) -> Result<Option<usize>, Interrupted> {
         assert_eq!(faces.triangles().len(), self.faces, "a tree over these faces");
         let origin = self.origin;
         self.corners.resize(faces.points(), Bounds::NONE);
@@ -151,115 +196,37 @@ impl Tree {
             }
         });
 
-        let pairs = Pairs { faces, corners: &self.corners, wanted };
-        let levels = &self.levels;
-        Own::whole(self.found.len(), 1).each(per_block_mut(&mut self.found), |block, found| {
-            let Found { candidates, search } = found;
-            candidates.clear();
-            search.partners(levels, self.faces, block, |face, partners| {
-                if candidates.len() <= MOST {
-                    pairs.add(face, partners, candidates);
-                }
-            });
-        });
-        if let Some(block) = self.found.iter().position(|found| found.candidates.len() > MOST) {
-            return Err(Crowded { triangle: block * BLOCK });
-        }
-
-        self.starts.clear();
-        self.starts.push(0);
-        let mut count = 0;
-        for found in &self.found {
-            count += found.candidates.len();
-            self.starts.push(u32::try_from(count).expect("candidates that can be numbered"));
-        }
-        out.resize(count, NOTHING);
-        let fields = (between_mut(out, &self.starts), per_block(&self.found));
-        Own::whole(self.found.len(), 1)
-            .each(fields, |_, (out, found)| out.copy_from_slice(&found.candidates));
-        Ok(())
+        let Self { levels, corners, searches, lists, .. } = self;
+        lists.iter_mut().for_each(Vec::clear);
+        let pairs = Pairs { faces, corners, wanted };
+        search(
+            (levels, self.faces),
+            searches,
+            lists,
+            interrupt,
+            |list: &mut Vec<Candidate>, face, partners| {
+                pairs.add(face, partners, list);
+                if list.len() > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            },
+        )
     }
 
-    /// Calls `each` for the triangles with those of greater number whose boxes meet theirs, ascending, and with what is left of
-    /// their block, which is made anew.
+    /// Calls `each` for the triangles with those of greater number whose boxes meet theirs, ascending and some at a time, and with
+    /// what is left of their block, which is made anew. What breaks off ends its block, and all blocks after it, which are not
+    /// whole then.
+    ///
+    /// # Errors
+    /// When the search is given up.
     pub(super) fn partners<T: Default + Send>(
         &mut self,
         left: &mut Vec<T>,
-        each: impl Fn(&mut T, usize, &[usize]) + Sync,
-    ) {
-        let Self { faces, levels, found, .. } = self;
-        let blocks = found.len();
+        interrupt: &Interrupt,
+        each: impl Fn(&mut T, usize, &[usize]) -> ControlFlow<()> + Sync,
+    ) -> Result<(), Interrupted> {
         left.clear();
-        left.resize_with(blocks, T::default);
-        let fields = (per_block_mut(left), per_block_mut(found));
-        Own::whole(blocks, 1).each(fields, |block, (left, found)| {
-            found.search.partners(levels, *faces, block, |face, partners| each(left, face, partners));
-        });
-    }
-}
-
-impl Search {
-    /// Calls `each` for the triangles of a block with those of greater number whose boxes meet theirs, ascending.
-    fn partners(
-        &mut self,
-        levels: &[Vec<Four>],
-        faces: usize,
-        block: usize,
-        mut each: impl FnMut(usize, &[usize]),
-    ) {
-        self.descend(levels, block);
-        let Self { near: [by_64, by_16, by_4], partners, .. } = self;
-        for p in WIDTH * block..levels[1].len().min(WIDTH * (block + 1)) {
-            meet(&levels[2], by_64, &levels[2][block].get(p % WIDTH), p, by_16);
-            for f in WIDTH * p..levels[0].len().min(WIDTH * (p + 1)) {
-                meet(&levels[1], by_16, &levels[1][p].get(f % WIDTH), f, by_4);
-                for face in WIDTH * f..faces.min(WIDTH * (f + 1)) {
-                    meet(&levels[0], by_4, &levels[0][f].get(face % WIDTH), face + 1, partners);
-                    if !partners.is_empty() {
-                        each(face, partners);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Finds the nodes of 64 triangles whose boxes meet that of a block, from its own on.
-    fn descend(&mut self, levels: &[Vec<Four>], block: usize) {
-        let Self { waiting, near: [by_64, ..], .. } = self;
-        by_64.clear();
-        let last = LEAST_LEVELS - 1;
-        let own = levels[last][block].all();
-        waiting.push((levels.len() - 1, 0));
-        while let Some((level, node)) = waiting.pop() {
-            if level == last {
-                by_64.push(node);
-                continue;
-            }
-            let met = levels[level][node].met_by(&own);
-            for lane in (0..WIDTH).rev().filter(|lane| (met >> lane) & 1 == 1) {
-                let child = WIDTH * node + lane;
-                let end = (child + 1) << (2 * (level - LEAST_LEVELS));
-                if end > block {
-                    waiting.push((level - 1, child));
-                }
-            }
-        }
-    }
-}
-
-/// Of some nodes of a level, the children from `first` on whose boxes meet one.
-#[inline(always)]
-fn meet(level: &[Four], nodes: &[usize], bounds: &Bounds, first: usize, children: &mut Vec<usize>) {
-    children.clear();
-    for node in nodes {
-        let mut met = level[*node].met_by(bounds);
-        while met != 0 {
-            let child = WIDTH * node + met.trailing_zeros() as usize;
-            met &= met - 1;
-            if child >= first {
-                children.push(child);
-            }
-        }
+        left.resize_with(self.searches.len(), T::default);
+        search((&self.levels, self.faces), &mut self.searches, left, interrupt, each)?;
+        Ok(())
     }
 }
 

@@ -10,7 +10,7 @@ use super::{
     together::{crossing, touch},
 };
 use crate::{
-    cloth::Crossed,
+    interrupt,
     math::{Padded, Real, Vec3, array3, vec3},
     surface::{Crossing, Crossings, touching},
 };
@@ -23,7 +23,7 @@ type Put<'a> = (&'a Part, &'a [[f64; 3]]);
 
 impl<R: Real> Cloth<R> {
     /// Refuses changes after which a surface that they put somewhere crosses or touches one that has a thickness too, or itself.
-    /// All of a list counts as one: bodies may go where others were.
+    /// All of a list counts as one: bodies may go where others were. The looks at surfaces are points at which it can be left.
     ///
     /// # Errors
     /// The first pair of a part that was put and another one. Pairs of pins alone are left out, as in a step: a scene may have moved
@@ -49,13 +49,14 @@ impl<R: Real> Cloth<R> {
             rows.iter().any(is_there) && rows.iter().any(is_free)
         };
         let faces = &surface.faces;
-        let crossed = Crossings::new(faces).count_of(faces, &place, &counts);
-        if let (count, Some(Crossing { edge, triangle })) = crossed {
-            let crossed = Crossed { count, edge: self.numbers(edge), triangle: self.numbers(triangle) };
+        let mut crossings = Crossings::new(faces);
+        let crossed = interrupt::shared(|interrupt| crossings.first_of(faces, &place, &counts, interrupt));
+        if let Some(Crossing { edge, triangle }) = crossed {
+            let first = Crossing { edge: self.numbers(edge), triangle: self.numbers(triangle) };
             let rows = [edge[0], triangle[0]];
-            return Err(self.not_apart(rows, |bodies| crossing(bodies, &crossed, AFTER)));
+            return Err(self.not_apart(rows, |bodies| crossing(bodies, &first, AFTER)));
         }
-        match touching(faces, &place, &counts) {
+        match interrupt::shared(|interrupt| touching(faces, &place, &counts, interrupt)) {
             Some(rows) => Err(self.not_apart(rows, |bodies| touch(bodies, self.numbers(rows), AFTER))),
             None => Ok(()),
         }

@@ -56,7 +56,9 @@ pub(super) fn step<R: Real>(
         let colliders = moved.over(around.colliders, [end - dt, end]);
         match attempt(bodies, &Surroundings { colliders, ..*around }, [dt, end], watch) {
             Ok(strain) => {
-                cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).settle(watch));
+                for (index, cloth) in cloths(bodies) {
+                    cloth.stepping(around).settle(watch).map_err(|failure| (index, failure))?;
+                }
                 division.go_on();
                 substeps += 1;
                 pace.accept(dt, strain, || division.is_even());

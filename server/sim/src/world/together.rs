@@ -2,8 +2,9 @@
 
 use super::setup::{BodySetup, SetupError};
 use crate::{
-    cloth::{ClothSettings, Crossed, Joined, Network},
+    cloth::{ClothSettings, Joined, Network},
     linalg::SolverSettings,
+    surface::Crossing,
 };
 
 /// When surfaces that are refused with a setup meet.
@@ -88,21 +89,14 @@ pub(super) fn check_apart(group: &[Member<'_>], joined: &Joined<'_>) -> Result<(
     if joined.whole.thickness == 0.0 {
         return Ok(());
     }
-    let Some(Crossed { count, edge: [p, q], triangle: [a, b, c] }) = joined.whole.crossed() else {
+    let Some(Crossing { edge, triangle }) = joined.whole.first_crossing() else {
         return joined.whole.touching().map_or(Ok(()), |touching| Err(touched(group, joined, touching)));
     };
-    for (body, _) in group {
-        if let Some(crossed) = body.network.crossed() {
-            let message = crossing([&body.name; 2], &crossed, AT_START);
-            return Err(SetupError::Body { body: body.name.clone(), message });
-        }
-    }
-
-    let [one, other] = [p, a].map(|particle| joined.part_of(particle));
-    let edge = [p, q].map(|particle| particle - joined.particles(one).start);
-    let triangle = [a, b, c].map(|particle| particle - joined.particles(other).start);
+    let [one, other] = [edge[0], triangle[0]].map(|particle| joined.part_of(particle));
+    let edge = edge.map(|particle| particle - joined.particles(one).start);
+    let triangle = triangle.map(|particle| particle - joined.particles(other).start);
     let [one, other] = [one, other].map(|part| &group[part].0.name);
-    let message = crossing([one, other], &Crossed { count, edge, triangle }, AT_START);
+    let message = crossing([one, other], &Crossing { edge, triangle }, AT_START);
     Err(SetupError::Body { body: one.clone(), message })
 }
 
@@ -117,15 +111,17 @@ fn touched(group: &[Member<'_>], joined: &Joined<'_>, particles: [u32; 2]) -> Se
 }
 
 /// What a sentence says of a surface that crosses that of another body, or its own, `when`: the edge is of the first body, the
-/// triangle of the second, each with the numbers of its body.
-pub(super) fn crossing([one, other]: [&str; 2], crossed: &Crossed, when: &str) -> String {
-    if one == other {
-        return format!("it has a thickness, and its surface crosses itself {when}: {crossed}");
-    }
-    let Crossed { count, edge: [p, q], triangle: [a, b, c] } = crossed;
+/// triangle of the second, each with the numbers of its body. It is the first pair that was found: nobody counted the others.
+pub(super) fn crossing([one, other]: [&str; 2], first: &Crossing, when: &str) -> String {
+    let Crossing { edge: [p, q], triangle: [a, b, c] } = first;
+    let (whose, there) = if one == other {
+        ("itself".to_owned(), "")
+    } else {
+        (format!("that of body '{other}', which has one too,"), " there")
+    };
     format!(
-        "it has a thickness, and its surface crosses that of body '{other}', which has one too, {when}: its edge of \
-         particles {p} and {q} crosses the triangle of {a}, {b} and {c} there ({count} pairs of an edge and a triangle cross in all)"
+        "it has a thickness, and its surface crosses {whose} {when}: its edge of particles {p} and {q} crosses the triangle of \
+         {a}, {b} and {c}{there} (at least 1 pair of an edge and a triangle crosses)"
     )
 }
 

@@ -18,11 +18,12 @@ use crate::{
         state::State,
     },
     collide::{BlockLoads, Carried, Collider, Contacts, Felt, Kept, resolve},
+    interrupt::Interrupt,
     linalg::Inverse3,
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{Own, block_count, per_block, per_block_mut, per_row, per_row_mut, several_per_block_mut},
     report::{StepFailure, SurfaceReport},
-    surface::{Crowded, closest},
+    surface::{Unlisted, closest},
 };
 
 /// Rounds of a sub-step, at most.
@@ -83,19 +84,20 @@ pub(crate) struct Scene<'a, R: Real> {
     pub(crate) friction: f64,
     /// How fast (m/s) lost thickness is given back.
     pub(crate) recovery: f64,
+    pub(crate) interrupt: &'a Interrupt,
 }
 
 impl<R: Real> Contact<R> {
     /// Looks for pairs at the start of a sub-step; `rows` is the right-hand side without them.
     ///
     /// # Errors
-    /// Where so many parts could meet that their pairs do not fit into memory.
+    /// Where so many parts could meet that their pairs do not fit into memory, or the step is given up.
     pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) -> Result<(), StepFailure> {
         let Scene { model, surface, state, before, when: When { dt, .. }, gravity, .. } = scene;
         let start = Start { x: &state.x, v: &state.v, dv: before, dt, gravity };
         let regained = scene.recovery * dt;
-        let found = self.search.begin(model, surface, start, regained, &mut self.pairs);
-        found.map_err(|crowded| failure_of(model, surface, crowded))?;
+        let found = self.search.begin(model, surface, start, regained, &mut self.pairs, scene.interrupt);
+        found.map_err(|unlisted| failure_of(model, surface, unlisted))?;
         self.list_walls(scene);
         self.rows.keep(model, rows);
         self.report = SurfaceReport::default();
@@ -131,7 +133,7 @@ impl<R: Real> Contact<R> {
     /// Looks at where a solve leads.
     ///
     /// # Errors
-    /// Where so many parts could meet that their pairs do not fit into memory.
+    /// Where so many parts could meet that their pairs do not fit into memory, or the step is given up.
     pub(crate) fn review(
         &mut self,
         scene: Scene<'_, R>,
@@ -146,6 +148,9 @@ impl<R: Real> Contact<R> {
 
         let (mut is_changed, mut off) = self.review_walls(scene, next, round);
         self.look(scene, next, round);
+        if scene.interrupt.is_requested() {
+            return Err(StepFailure::Interrupted);
+        }
         self.first_unsafe = None;
         for (look, pair) in self.looks.iter().zip(&self.pairs) {
             is_changed |= look.is_changed;
@@ -263,6 +268,9 @@ impl<R: Real> Contact<R> {
         let way = |particle: u32| wide(&next.v[particle as usize]) * dt;
         let gone = |particle: u32, share: f64| wide(&state.x[particle as usize]) + way(particle) * share;
         Own::whole(count, GO).each(fields, |_, (pairs, looks)| {
+            if scene.interrupt.is_requested() {
+                return;
+            }
             for (pair, look) in pairs.iter_mut().zip(looks) {
                 let corners = pair.candidate.corners;
                 let at = |field: &[Padded<R>]| corners.map(|corner| wide(&field[corner as usize]));
@@ -287,8 +295,9 @@ impl<R: Real> Contact<R> {
     fn look_again(&mut self, scene: Scene<'_, R>) -> Result<(), StepFailure> {
         let Scene { model, surface, state, .. } = scene;
         let regained = scene.recovery * scene.when.dt;
-        let found = self.search.again(model, surface, [&state.x, &self.ends[0]], regained, &mut self.pairs);
-        found.map_err(|crowded| failure_of(model, surface, crowded))?;
+        let ends = [&*state.x, &*self.ends[0]];
+        let found = self.search.again(model, surface, ends, regained, &mut self.pairs, scene.interrupt);
+        found.map_err(|unlisted| failure_of(model, surface, unlisted))?;
         std::mem::swap(&mut self.walls, &mut self.walls_before);
         self.list_walls(scene);
         for (walls, before) in self.walls.iter_mut().zip(&self.walls_before) {
@@ -322,8 +331,9 @@ impl<R: Real> Contact<R> {
     }
 }
 
-/// That pairs are too many to be kept apart.
-fn failure_of<R: Real>(model: &Model<R>, surface: &Surface, Crowded { triangle }: Crowded) -> StepFailure {
+/// That pairs are too many to be kept apart, or that the search for them was given up.
+fn failure_of<R: Real>(model: &Model<R>, surface: &Surface, unlisted: Unlisted) -> StepFailure {
+    let Unlisted::Crowded { triangle } = unlisted else { return StepFailure::Interrupted };
     let [first, .., last] = surface.faces.triangles()[triangle];
     let particles = [first, last].map(|particle| u64::from(model.user[particle as usize]));
     StepFailure::Contact { particles, gap: 0.0 }

@@ -6,9 +6,10 @@ use super::{
 };
 use crate::{
     cloth::layout::{Model, Surface},
+    interrupt::Interrupt,
     math::{Padded, Real},
     parallel::{Own, per_row, per_row_mut},
-    surface::{Candidate, Crowded, PairKind, Tree, Wanted},
+    surface::{Candidate, PairKind, Tree, Unlisted, Wanted},
 };
 
 /// Candidates that a thread looks at in one go.
@@ -35,9 +36,10 @@ impl Search {
         start: Start<'_, R>,
         regained: f64,
         pairs: &mut Vec<Pair>,
-    ) -> Result<(), Crowded> {
+        interrupt: &Interrupt,
+    ) -> Result<(), Unlisted> {
         self.ways.predict(model, surface, start);
-        self.look(model, surface, regained, pairs)
+        self.look(model, surface, regained, pairs, interrupt)
     }
 
     /// Pairs for the ways to where a solve led; those that were known go on as they were.
@@ -48,12 +50,13 @@ impl Search {
         [from, to]: [&[Padded<R>]; 2],
         regained: f64,
         pairs: &mut Vec<Pair>,
-    ) -> Result<(), Crowded> {
+        interrupt: &Interrupt,
+    ) -> Result<(), Unlisted> {
         self.before.clear();
         self.before.extend(pairs.iter().filter(|pair| pair.activity != Activity::Idle));
         self.before.sort_unstable_by_key(|pair| pair.candidate);
         self.ways.follow(model, from, to);
-        self.look(model, surface, regained, pairs)?;
+        self.look(model, surface, regained, pairs, interrupt)?;
         for pair in pairs {
             if let Ok(place) = self.before.binary_search_by_key(&pair.candidate, |pair| pair.candidate) {
                 pair.go_on(&self.before[place]);
@@ -68,7 +71,8 @@ impl Search {
         surface: &Surface,
         regained: f64,
         pairs: &mut Vec<Pair>,
-    ) -> Result<(), Crowded> {
+        interrupt: &Interrupt,
+    ) -> Result<(), Unlisted> {
         let Self { tree, ways, candidates, looked, .. } = self;
         let (faces, ways) = (&surface.faces, &*ways);
         let tree = tree.get_or_insert_with(|| Tree::new(faces.triangles().len()));
@@ -85,11 +89,14 @@ impl Search {
             if is_clear(gap, room) { surface.beside.triangles(face) } else { &[] }
         };
         let wanted = Wanted { without: &without, is_wanted: &is_wanted };
-        tree.candidates(faces, &wanted, &|part| ways.around(part), candidates)?;
+        tree.candidates(faces, &wanted, &|part| ways.around(part), candidates, interrupt)?;
 
         looked.resize(candidates.len(), None);
         let fields = (per_row_mut(looked), per_row(candidates));
         Own::whole(candidates.len(), GO).each(fields, |_, (looked, candidates)| {
+            if interrupt.is_requested() {
+                return;
+            }
             for (looked, candidate) in looked.iter_mut().zip(candidates) {
                 let corners = candidate.corners;
                 let [at, expected] = ways.starts_and_expected(&corners);
@@ -102,6 +109,9 @@ impl Search {
                 }
             }
         });
+        if interrupt.is_requested() {
+            return Err(Unlisted::Interrupted);
+        }
         pairs.clear();
         pairs.extend(looked.iter().flatten());
         Ok(())

@@ -34,6 +34,7 @@ pub(super) fn advance<R: Real>(
         gravity: step.work.numbers.gravity.map(R::to_f64),
         friction: settings.contact.friction,
         recovery: settings.contact.recovery,
+        interrupt: around.interrupt,
     };
     step.work.contact.begin(scene, &step.work.evaluation.rows)?;
     step.watch.lap(Stage::Collide);

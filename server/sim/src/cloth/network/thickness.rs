@@ -102,15 +102,27 @@ impl Network {
         shortest
     }
 
-    /// Which edges of its triangles cross which of them at the start, exactly; none where none does.
+    /// How often edges of its triangles cross others of them at the start, exactly, and the first pair; none where none does.
     ///
     /// # Panics
     /// If a triangle names a particle that is not there.
     pub fn crossed(&self) -> Option<Crossed> {
         let faces = self.faces()?;
         let place = |particle: u32| Vec3::from(self.x[particle as usize]);
-        let (count, first) = Crossings::new(&faces).count(&faces, &place);
+        let mut crossings = Crossings::new(&faces);
+        let (count, first) = interrupt::shared(|interrupt| crossings.count(&faces, &place, interrupt));
         first.map(|Crossing { edge, triangle }| Crossed { count, edge, triangle })
+    }
+
+    /// The first of these pairs, without a count of the others.
+    ///
+    /// # Panics
+    /// If a triangle names a particle that is not there.
+    pub fn first_crossing(&self) -> Option<Crossing> {
+        let faces = self.faces()?;
+        let place = |particle: u32| Vec3::from(self.x[particle as usize]);
+        let mut crossings = Crossings::new(&faces);
+        interrupt::shared(|interrupt| crossings.first_of(&faces, &place, &|_| true, interrupt))
     }
 
     /// A particle of each of two parts of its surface, an edge or a corner and a triangle, that touch at the start and share no particle; none where
@@ -121,7 +133,7 @@ impl Network {
     pub fn touching(&self) -> Option<[u32; 2]> {
         let faces = self.faces()?;
         let place = |particle: u32| Vec3::from(self.x[particle as usize]);
-        touching(&faces, &place, &|_| true)
+        interrupt::shared(|interrupt| touching(&faces, &place, &|_| true, interrupt))
     }
 
     /// Its triangles, those near each other beside each other; none where all of them name a particle twice.

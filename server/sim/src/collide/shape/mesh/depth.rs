@@ -5,6 +5,8 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
+use crate::interrupt;
+
 /// Share by which the answer may be above the deepest point that was found.
 const SPARE: f64 = 0.02;
 /// Cubes that are looked into, at most: a very thin solid has too many, and is then said to be thicker than it is.
@@ -50,6 +52,8 @@ pub(super) fn deepest([low, high]: [[f64; 3]; 2], depth: impl Fn([f64; 3]) -> f6
     let (mut found, whole) = cube([0, 1, 2].map(|c| 0.5 * (low[c] + high[c])), half);
     let mut waiting = BinaryHeap::from([whole]);
     for _ in 0..MOST_CUBES {
+        // Where triangles overlap, each depth looks at all of them.
+        interrupt::point();
         let Some(top) = waiting.peek() else { break };
         if found > 0.0 && top.most <= (1.0 + SPARE) * found {
             break;
@@ -65,4 +69,27 @@ pub(super) fn deepest([low, high]: [[f64; 3]; 2], depth: impl Fn([f64; 3]) -> f6
         }
     }
     waiting.peek().map_or(found, |cube| cube.most)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+    use crate::interrupt::{Interrupt, Interrupted};
+
+    #[test]
+    fn a_search_that_is_given_up_looks_into_no_other_cube() {
+        let (interrupt, looks) = (Interrupt::default(), Cell::new(0));
+        let depth = |_: [f64; 3]| {
+            looks.set(looks.get() + 1);
+            if looks.get() == 100 {
+                interrupt.request();
+            }
+            -1.0
+        };
+        let left = interrupt.leave_at_points(|| deepest([[0.0; 3], [100.0; 3]], depth));
+        assert_eq!(left, Err(Interrupted));
+        assert!((100..108).contains(&looks.get()), "{looks:?}");
+    }
 }
