@@ -205,7 +205,7 @@ reasons! {
         "Reduce dt, make the collider thicker or slower, or choose on_pass = warn."
 
     Contact "CONTACT" FailedPrecondition diverged
-        "Surfaces of cloth cannot be kept apart at a 64th of the step too: what holds them, pins or colliders, closes further than the cloth yields, or they lie closer than rounding can tell apart; `particle` is of the first surface, `value` the gap in metres."
+        "Surfaces of cloth cannot be kept apart at a 64th of the step too: what holds them, pins or colliders, closes further than the cloth yields, or they lie closer than rounding can tell apart; `particle` is of the first surface, `value` the gap in metres. Or so much cloth comes together at `particle` that its pairs are too many; there is no value then."
         "Leave the surfaces more room, move what closes more slowly or less far, or reduce dt or the thickness."
 
     NeverStable "NEVER_STABLE" FailedPrecondition diverged

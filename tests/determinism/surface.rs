@@ -2,11 +2,12 @@
 
 use nappe_sim::{
     math::{Precision, SimdLevel, force_simd_level, simd_level},
+    report::StepFailure,
     world::{BodySetup, Simulation, WorldSetup},
 };
 use nappe_tests::{
     numbering::Numbering,
-    scene::advance,
+    scene::{advance, try_advance},
     sheets::Sheet,
     surface::{Case, bodies_on_a_ball, built, on_a_ball, piled},
     threads::with_threads,
@@ -101,6 +102,28 @@ fn nothing_of_the_contact_of_cloth_with_itself_is_state() {
                 (state, hash) = (fresh.take(), fresh.state_hash());
             }
             assert_eq!(hash, whole, "{name} in {precision}");
+        }
+    }
+}
+
+#[test]
+fn steps_that_are_taken_again_with_more_room_for_pairs_have_the_same_bits() {
+    for precision in Precision::ALL {
+        for (name, world) in worlds(precision) {
+            let whole = stepped(&world, precision).state_hash();
+            let (mut simulation, mut again) = (built(&world, precision), 0);
+            simulation.limit_pair_memory(0);
+            while simulation.step_count() < STEPS {
+                let before = simulation.state_hash();
+                let Err(error) = try_advance(&mut simulation, 1) else { continue };
+                let StepFailure::PairMemory { bytes } = error.failure else { panic!("{name}: {error}") };
+                assert_eq!(simulation.state_hash(), before, "{name} in {precision}: {error}");
+                simulation.limit_pair_memory(bytes);
+                again += 1;
+            }
+            assert_eq!(simulation.state_hash(), whole, "{name} in {precision}");
+            assert!(again > 0 && simulation.pair_memory_bytes() > 0, "{name} in {precision}: {again} again");
+            assert_eq!(simulation.fork().pair_memory_bytes(), 0, "a fork has no pairs yet");
         }
     }
 }

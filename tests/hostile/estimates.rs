@@ -110,6 +110,52 @@ fn with_one_above(text: &str) -> String {
     format!("{text}[[body]]{above}transform = {{ translate = [0, 1, 0] }}\n")
 }
 
+/// Twenty sheets of `side` x `side` particles that keep 4 mm, so far (m) from one to the next.
+fn pile(side: usize, apart: f64) -> String {
+    let law = "{ stiffness = 1.0 }";
+    let sheet = |layer: u32| {
+        format!(
+            "[[body]]\nname = \"sheet{layer}\"\nmesh = {{ grid = [{side}, {side}], spacing = 0.01 }}\n\
+             mass = {{ particle = 0.01 }}\nintegrator = \"implicit_euler\"\nthickness = 0.004\n\
+             springs = {{ stretch = {law}, shear = {law}, bend = {law} }}\n\
+             transform = {{ translate = [0, {:e}, 0] }}\n",
+            apart * f64::from(layer)
+        )
+    };
+    let sheets: String = (0..20).map(sheet).collect();
+    format!("version = 1\ndt = 1e-3\n{sheets}")
+}
+
+/// What a step of a session came to.
+struct Stepped {
+    /// The most bytes that were in use, from before it was made.
+    peak: u64,
+    /// Bytes that are counted for it.
+    counted: u64,
+    /// Why the step was not taken.
+    reason: Option<String>,
+}
+
+/// Makes a session on a server of its own with so much memory (bytes), and takes a step.
+async fn first_step(text: &str, max_server_bytes: u64) -> Stepped {
+    let (app, mut client) = server(max_server_bytes).await;
+    let (room, mut reason) = (left(&mut client).await, None);
+    let peak = peak_since(async {
+        let made =
+            client.create_session(request(text, v1::Precision::F32)).await.expect("it fits").into_inner();
+        let session_id = made.session.expect("the answer has the session").session_id;
+        let step =
+            v1::StepSessionRequest { step_count: 1, wait: true, ..v1::StepSessionRequest::of(session_id) };
+        if let Err(status) = client.step_session(step).await {
+            reason = status.get_details_error_info().map(|info| info.reason);
+        }
+    });
+    let peak = peak.await as u64;
+    let counted = room - left(&mut client).await;
+    app.shutdown().await;
+    Stepped { peak, counted, reason }
+}
+
 /// Scenes of some megabytes, in the ways that scenes are made.
 fn scenes() -> Vec<(&'static str, String)> {
     [cloth_scenes(), snow_scenes()].concat()
@@ -223,4 +269,26 @@ fn estimates_of_memory_lie_close_above_what_is_taken() {
     }
     IGNORED.store(usize::MAX, Ordering::Relaxed);
     assert!(wrong.is_empty(), "beyond 1.0 to 1.5:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn pairs_of_surfaces_take_little_more_than_is_counted_or_end_their_session() {
+    let _alone = alone();
+    IGNORED.store(128 << 20, Ordering::Relaxed);
+    // A thickness from one sheet to the next, and a quarter.
+    for (side, apart) in [(20, 4e-3), (14, 1e-3)] {
+        let text = pile(side, apart);
+        let Stepped { peak, counted, reason } = runtime().block_on(first_step(&text, ROOM));
+        println!("{side} x {side}, {apart} m apart: {peak} bytes, {counted} counted, {reason:?}");
+        assert!(reason.is_none_or(|reason| reason == "CONTACT"), "it has room");
+        assert!(counted > 32 << 20, "pairs are counted: {counted} bytes");
+        assert!(10 * peak <= 13 * counted, "{peak} bytes, {counted} counted");
+
+        let scant = 20 << 20;
+        let Stepped { peak, reason, .. } = runtime().block_on(first_step(&text, scant));
+        println!("with {scant} bytes: {peak}, {reason:?}");
+        assert_eq!(reason.as_deref(), Some("SERVER_MEMORY_FULL"));
+        assert!(10 * peak <= 13 * scant, "{peak} bytes of {scant}");
+    }
+    IGNORED.store(usize::MAX, Ordering::Relaxed);
 }

@@ -1,4 +1,4 @@
-//! Snow that flies apart takes more memory than it had at the start: that is counted too.
+//! Snow that flies apart and cloth that comes together take more memory than they had at the start: that is counted too.
 
 use nappe_proto::v1::{self, SessionState};
 use nappe_server::{Limits, Reason};
@@ -49,4 +49,40 @@ async fn a_grid_that_grows_counts_against_the_memory_of_the_server() {
     // It keeps what it has until it is deleted; then there is room again.
     server.client.delete_session(v1::DeleteSessionRequest::of(&id)).await.expect("deleted");
     server.create(spinning()).await;
+}
+
+/// Sixteen sheets of 10 x 10 particles, a quarter of a millimetre from one to the next, with a thickness (m).
+fn pile(thickness: f64) -> v1::CreateSessionRequest {
+    let law = "{ stiffness = 100.0 }";
+    let sheet = |layer: u32| {
+        format!(
+            "[[body]]\nname = 'sheet{layer}'\nmesh = {{ grid = [10, 10], spacing = 0.01 }}\nmass = {{ particle = 0.001 }}\n\
+             integrator = 'implicit_euler'\nthickness = {thickness}\n\
+             springs = {{ stretch = {law}, shear = {law}, bend = {law} }}\n\
+             transform = {{ translate = [0, {:e}, 0] }}\n",
+            2.5e-4 * f64::from(layer)
+        )
+    };
+    let sheets: String = (0..16).map(sheet).collect();
+    let scene = v1::create_session_request::Scene::SceneText(format!("version = 1\ndt = 0.001\n{sheets}"));
+    v1::CreateSessionRequest { scene: Some(scene), ..request() }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn pairs_of_surfaces_count_against_the_memory_of_the_server_and_others_go_on_with_their_bits() {
+    let mut server = Server::with(limits(1 << 30)).await;
+    let thin = server.create(pile(0.0)).await;
+    let expected = server.step(&thin, 5).await.state_hash;
+    assert!(expected.is_some(), "a session that stands has a hash");
+
+    // Some 200 000 pairs may meet.
+    let mut server = Server::with(limits(24 << 20)).await;
+    let (thin, thick) = (server.create(pile(0.0)).await, server.create(pile(0.004)).await);
+    server.step(&thin, 2).await;
+    let step = v1::StepSessionRequest { step_count: 1, wait: true, ..v1::StepSessionRequest::of(&thick) };
+    let failed = server.client.step_session(step).await.expect_err("the server is full");
+    assert_reason(&failed, Reason::ServerMemoryFull);
+    let session = server.get(&thick).await;
+    assert_eq!((session.state(), session.step), (SessionState::Failed, 0));
+    assert_eq!(server.step(&thin, 3).await.state_hash, expected);
 }

@@ -46,7 +46,7 @@ const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
 /// Its corners as blocks name them, and its share of what the air does to particles.
 const TRIANGLE_IN_AIR: [Cost; 2] = [cost(22.0, 22.0), cost(13.0, 13.0)];
-/// Its box in the tree of its surface, the list of triangles about each particle, and the pairs that it may meet.
+/// Its box in the tree of its surface, and the list of triangles about each particle; pairs that may meet are counted once they are found.
 const TRIANGLE_APART: Cost = cost(420.0, 420.0);
 const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 250.0), cost(205.0, 200.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);

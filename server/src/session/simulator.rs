@@ -6,7 +6,7 @@ use std::{cell::Cell, sync::Arc, time::Instant};
 
 use nappe_sim::{
     field::Field,
-    report::{StageClock, StageSeconds, StepError, StepReport},
+    report::{StageClock, StageSeconds, StepError, StepFailure, StepReport},
     world::{Change, ChangeError, Simulation},
 };
 use rayon::ThreadPool;
@@ -48,6 +48,8 @@ pub(super) enum Behind {
 pub(super) enum NoStep {
     /// The numerics refused it; the state is as before it.
     Failed(Box<StepError>),
+    /// The server has no memory for it; the state is as before it.
+    Full(ServiceError),
     /// A rank is lost.
     Lost(ServiceError),
 }
@@ -65,6 +67,8 @@ pub(super) struct Simulator {
     pub memory: Claim,
     /// Bytes of the snow that are counted: its grid grows as it flies apart.
     pub snow_bytes: u64,
+    /// Bytes that are counted for pairs of surfaces that may meet: they take no more.
+    pub pair_bytes: u64,
     /// The ranks that step it, where it does not itself: the simulation is then a copy, into which the state is fetched
     /// before anything looks at it.
     pub ranks: Option<Ranks>,
@@ -82,28 +86,41 @@ impl Simulator {
     /// If the step is not taken; the state of cloth is as before it. Or if a rank is lost.
     pub(super) fn step(&mut self, before: impl FnOnce() + Send) -> Result<TimedStep, NoStep> {
         let begin = Instant::now();
-        let simulation = &mut self.simulation;
-        let Some(ranks) = &mut self.ranks else {
-            let mut clock = StageClock::start(|| begin.elapsed().as_secs_f64());
-            let outcome = self.pool.install(|| {
-                before();
-                simulation.step(&mut clock)
-            });
-            let seconds = begin.elapsed().as_secs_f64();
-            let stepped = outcome.map(|report| TimedStep { report, seconds, stage_seconds: clock.seconds });
-            return stepped.map_err(|error| NoStep::Failed(Box::new(error)));
-        };
+        let Some(ranks) = &mut self.ranks else { return self.step_alone(begin, before) };
 
         before();
         let stepped = ranks.step().map_err(NoStep::Lost)?;
         let report = stepped.result.map_err(|error| NoStep::Failed(Box::new(error)))?;
-        simulation.count_step();
+        self.simulation.count_step();
         self.behind = Behind::All;
         let told = ranks.describe();
         self.status.update(|progress| progress.ranks = Some(told));
         // What a rank did not tell is 0.
         let stage_seconds = std::array::from_fn(|stage| stepped.seconds.get(stage).copied().unwrap_or(0.0));
         Ok(TimedStep { report, seconds: begin.elapsed().as_secs_f64(), stage_seconds })
+    }
+
+    /// Takes a step that began now, without ranks. Where there is no room for the pairs of surfaces, room is made, and the step is taken again.
+    fn step_alone(&mut self, begin: Instant, before: impl FnOnce() + Send) -> Result<TimedStep, NoStep> {
+        let mut clock = StageClock::start(|| begin.elapsed().as_secs_f64());
+        self.pool.install(before);
+        let outcome = loop {
+            let simulation = &mut self.simulation;
+            match self.pool.install(|| simulation.step(&mut clock)) {
+                Err(StepError { failure: StepFailure::PairMemory { bytes }, .. }) => {
+                    self.make_room(bytes).map_err(NoStep::Full)?;
+                }
+                outcome => break outcome,
+            }
+        };
+        let seconds = begin.elapsed().as_secs_f64();
+        let stepped = outcome.map(|report| TimedStep { report, seconds, stage_seconds: clock.seconds });
+        stepped.map_err(|error| NoStep::Failed(Box::new(error)))
+    }
+
+    /// Makes room for so many bytes of pairs of surfaces: for a quarter more, if there is as much, so that few steps are taken again.
+    fn make_room(&mut self, bytes: u64) -> Result<(), ServiceError> {
+        self.count_pairs(bytes.saturating_add(bytes / 4)).or_else(|_full| self.count_pairs(bytes))
     }
 
     /// Applies changes between two steps.
@@ -179,7 +196,7 @@ impl Simulator {
         frame.is_multiple_of(interval) || position == FramePosition::Last
     }
 
-    /// Counts by how much the grid of the snow has grown.
+    /// Counts by how much the grid of the snow and the pairs of surfaces have grown.
     ///
     /// # Errors
     /// If the server has not as much memory left.
@@ -189,6 +206,16 @@ impl Simulator {
             self.memory.grow(bytes - self.snow_bytes)?;
             self.snow_bytes = bytes;
         }
+        self.count_pairs(self.simulation.pair_memory_bytes() as u64)
+    }
+
+    /// Counts so many bytes for pairs of surfaces, unless more are counted already: they take no more than what is counted.
+    fn count_pairs(&mut self, bytes: u64) -> Result<(), ServiceError> {
+        if bytes > self.pair_bytes {
+            self.memory.grow(bytes - self.pair_bytes)?;
+            self.pair_bytes = bytes;
+        }
+        self.simulation.limit_pair_memory(self.pair_bytes);
         Ok(())
     }
 

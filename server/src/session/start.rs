@@ -292,6 +292,7 @@ fn stand(
         hashed,
         memory,
         snow_bytes,
+        pair_bytes: 0,
         ranks: None,
         behind: Behind::Nothing,
         is_torn: false,

@@ -169,6 +169,7 @@ impl Stepper {
                 Ok(()) => self.stepped(&step),
                 Err(full) => self.fail(full, index, None, None),
             },
+            Err(NoStep::Full(full)) => self.fail(full, index, None, None),
             Err(NoStep::Lost(lost)) => {
                 self.simulator.is_torn = true;
                 self.fail(lost, index, None, None);

@@ -244,7 +244,11 @@ fn a_failure_names_particles_and_bodies_where_others_stand_between() {
         }
     };
 
-    let StepFailure::Contact { particles, .. } = error.failure else { panic!("{error}") };
+    let particles = match error.failure {
+        StepFailure::Contact { particles, .. } => particles,
+        StepFailure::Crowded { particle, .. } => [particle; 2],
+        _ => panic!("{error}"),
+    };
     let names = particles.map(|particle| match particle {
         0..100 => "sheet",
         100..125 => "aside",

@@ -4,6 +4,7 @@ use nappe_sim::{
     cloth::{Network, SurfaceSettings},
     linalg::Stop,
     math::Precision,
+    report::StepFailure,
     world::Change,
 };
 use nappe_tests::{
@@ -178,4 +179,20 @@ fn a_pair_at_rest_lies_as_deep_as_what_it_carries_over_its_stiffness() {
         let expected = GRAVITY * dt * dt / 100.0;
         assert!((lost / expected - 1.0).abs() < 1e-6, "steps of {dt} s: {lost} m, not {expected}");
     }
+}
+
+#[test]
+fn too_many_pairs_at_one_place_are_told_as_such() {
+    // All lie within one thickness: each triangle meets parts of a hundred sheets.
+    let thickness = 4e-3;
+    let sheet = |layer: u32| Sheet::level(5, 0.01, [0.0, 4e-5 * f64::from(layer), 0.0], 0.0).network();
+    let sheets: Vec<Network> = (0..100).map(sheet).collect();
+    let mut simulation = scene(together(&sheets), thickness, 0.0).under([0.0; 3]).simulate(Precision::F64);
+    let before = simulation.state_hash();
+    let error = try_advance(&mut simulation, 1).expect_err("they are too many");
+    let StepFailure::Crowded { particle, limit } = error.failure else { panic!("{error}") };
+    assert!(particle < 2500 && limit > 0, "{error}");
+    assert_eq!((error.failure.reason(), error.failure.value()), ("CONTACT", None));
+    assert!(!error.to_string().contains("come to"), "{error}");
+    assert_eq!(simulation.state_hash(), before);
 }

@@ -70,6 +70,14 @@ pub enum StepFailure {
     )]
     Contact { particles: [u64; 2], gap: f64 },
     #[error(
+        "too much cloth comes together at particle {particle} to be kept apart within the step: there are more than {limit} pairs of a corner and a triangle, or of two edges, that may meet at the 64 triangles there (leave surfaces more room, move them more slowly, reduce dt or the thickness, or make the mesh coarser)"
+    )]
+    Crowded { particle: u64, limit: u64 },
+    #[error(
+        "the pairs of surfaces that may meet within the step need {bytes} bytes, more than may be taken for them"
+    )]
+    PairMemory { bytes: u64 },
+    #[error(
         "no step is stable: explicit Euler gains energy in every motion that is not damped, as at particle {particle} (choose symplectic_euler, add drag, or mark the step unchecked)"
     )]
     NeverStable { particle: u64 },
@@ -135,6 +143,7 @@ impl StepFailure {
             | Self::Inaccurate { particle, .. }
             | Self::Passed { particle, .. }
             | Self::Contact { particles: [particle, _], .. }
+            | Self::Crowded { particle, .. }
             | Self::NeverStable { particle }
             | Self::TimeStep { particle, .. }
             | Self::Substeps { particle, .. }
@@ -142,7 +151,7 @@ impl StepFailure {
             | Self::Deformation { particle, .. }
             | Self::OutOfRange { particle, .. }
             | Self::GridMemory { particle, .. } => Some(particle),
-            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => None,
+            Self::Solver { .. } | Self::PairMemory { .. } | Self::Mass { .. } | Self::Interrupted => None,
         }
     }
 
@@ -158,7 +167,8 @@ impl StepFailure {
             Self::Unbalanced { .. } => "MOMENTUM_BALANCE",
             Self::Inaccurate { .. } => "ERROR_TOLERANCE",
             Self::Passed { .. } => "COLLIDER_PASSED",
-            Self::Contact { .. } => "CONTACT",
+            Self::Contact { .. } | Self::Crowded { .. } => "CONTACT",
+            Self::PairMemory { .. } => "SERVER_MEMORY_FULL",
             Self::NeverStable { .. } => "NEVER_STABLE",
             Self::TimeStep { .. } => "TIME_STEP_LIMIT",
             Self::Substeps { .. } => "SUBSTEP_LIMIT",
@@ -186,10 +196,11 @@ impl StepFailure {
             | Self::Deformation { value, .. }
             | Self::Contact { gap: value, .. }
             | Self::Mass { found: value, .. } => Some(*value),
-            Self::GridMemory { bytes, .. } => Some(*bytes as f64),
+            Self::GridMemory { bytes, .. } | Self::PairMemory { bytes } => Some(*bytes as f64),
             Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),
             Self::Solver { .. }
             | Self::Passed { .. }
+            | Self::Crowded { .. }
             | Self::NeverStable { .. }
             | Self::OutOfRange { .. }
             | Self::Interrupted => None,

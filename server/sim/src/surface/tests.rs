@@ -124,7 +124,7 @@ fn candidates_are_the_pairs_of_all_parts_whose_boxes_meet() {
         let mut tree = Tree::new(faces.triangles().len());
         let found = candidates(&faces, &mut tree, &|points| around(&ways, points, by), &is_wanted);
 
-        let set: BTreeSet<_> = found.iter().map(|pair| named(pair.kind, pair.corners)).collect();
+        let set: BTreeSet<_> = found.iter().map(|pair| named(pair.kind(), pair.corners)).collect();
         assert_eq!(set.len(), found.len(), "each once");
         // Boxes of binary32 are a little wider.
         let least = all_pairs(&faces, &|points| around(&ways, points, by), &skip);
@@ -135,7 +135,7 @@ fn candidates_are_the_pairs_of_all_parts_whose_boxes_meet() {
         for pair in &found {
             let [_, a, b, c] = pair.corners;
             let triangle = faces.triangles().get(pair.triangle as usize).copied();
-            let expected = (pair.kind == PairKind::VertexTriangle).then_some([a, b, c]);
+            let expected = (pair.kind() == PairKind::VertexTriangle).then_some([a, b, c]);
             assert_eq!(triangle, expected, "{pair:?}");
         }
     }
@@ -191,7 +191,7 @@ fn pairs_with_triangles_that_are_left_out_are_not_found() {
     tree.candidates(&faces, &wanted, &box_of, &mut rest, &Interrupt::default()).expect("not too many");
 
     let touch = |pair: &Candidate| {
-        let (first, second) = match pair.kind {
+        let (first, second) = match pair.kind() {
             PairKind::VertexTriangle => pair.corners.split_at(1),
             PairKind::Edges => pair.corners.split_at(2),
         };
@@ -288,4 +288,27 @@ fn sheets_that_go_through_each_other_along_their_seams_are_counted() {
     // Five edges through particles, two of them at the border, and four through seams.
     assert_eq!(count, 3 * 6 + 2 * 3 + 4 * 2);
     assert!(first.is_some());
+}
+
+#[test]
+fn pairs_are_counted_where_they_are_too_many_to_be_kept_and_refused_where_they_crowd() {
+    let (side, sheets) = (14, 2);
+    let (faces, x) = (faces(side, sheets), places(side, sheets, 0.1));
+    let ways: Vec<_> = x.iter().map(|x| [*x, *x]).collect();
+    let box_of = |points: &[u32]| around(&ways, points, 0.02);
+    let wanted = Wanted { without: &|_| &[], is_wanted: &|_, _| true };
+    let mut tree = Tree::new(faces.triangles().len());
+    let every = candidates(&faces, &mut tree, &box_of, &|_, _| true);
+    let never = Interrupt::default();
+    for most in [0, 100, every.len() - 1, every.len()] {
+        assert_eq!(tree.find(&faces, &wanted, &box_of, most, &never), Ok(every.len()), "{most}");
+    }
+    let mut list = vec![Candidate::default(); every.len()];
+    tree.write(&mut list, |place, candidate| *place = candidate);
+    assert_eq!(list, every);
+
+    let everywhere = |_: &[u32]| [[0.0; 3], [1.0; 3]];
+    tree.refit(&|_| everywhere(&[]));
+    let crowded = Unlisted::Crowded { triangle: 0, most: 32_000 };
+    assert_eq!(tree.find(&faces, &wanted, &everywhere, 100, &never), Err(crowded));
 }

@@ -4,7 +4,10 @@
 //! neighbours make a node, and four neighbours among the nodes of a level one of the next. So the tree follows from the
 //! number of triangles alone, and only its boxes are made anew.
 
-use std::ops::ControlFlow;
+use std::{
+    ops::ControlFlow,
+    sync::atomic::{AtomicUsize, Ordering},
+};
 
 use super::{
     bounds::{Bounds, Four, WIDTH},
@@ -21,14 +24,20 @@ use crate::{
 const PIECE: usize = 256;
 
 /// Two parts of triangles that may come close.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Candidate {
-    /// Which parts they are.
-    pub kind: PairKind,
     /// The vertex, then the corners of the triangle; or the two ends of one edge, then of the other.
     pub corners: [u32; 4],
     /// Number of the triangle among the faces; `u32::MAX` of two edges.
     pub triangle: u32,
+}
+
+impl Candidate {
+    /// Which parts they are.
+    #[inline(always)]
+    pub fn kind(&self) -> PairKind {
+        if self.triangle == u32::MAX { PairKind::Edges } else { PairKind::VertexTriangle }
+    }
 }
 
 /// Which pairs are wanted of those whose boxes meet.
@@ -50,6 +59,8 @@ pub enum Unlisted {
     Crowded {
         /// The first triangle of the first block of which that is so.
         triangle: usize,
+        /// So many pairs a block may have.
+        most: usize,
     },
     /// The search was given up.
     Interrupted,
@@ -60,9 +71,6 @@ impl From<Interrupted> for Unlisted {
         Self::Interrupted
     }
 }
-
-/// Stands in room for candidates before they are written.
-const NOTHING: Candidate = Candidate { kind: PairKind::Edges, corners: [0; 4], triangle: u32::MAX };
 
 /// Boxes over the triangles of a surface.
 #[derive(Clone, Debug, Default)]
@@ -76,9 +84,26 @@ pub struct Tree {
     corners: Vec<Bounds>,
     /// Of each block of triangles.
     searches: Vec<Search>,
-    /// The candidates of each block.
-    lists: Vec<Vec<Candidate>>,
+    /// Of each block too.
+    lists: Vec<Listed>,
     starts: Vec<u32>,
+}
+
+/// What is found from a block of triangles.
+#[derive(Clone, Debug, Default)]
+struct Listed {
+    candidates: Vec<Candidate>,
+    /// How many there are, kept or not.
+    count: usize,
+}
+
+/// How many candidates a search lists.
+#[derive(Clone, Copy)]
+struct Most {
+    /// So many of a block: one that has more ends the search.
+    of_block: usize,
+    /// So many in all that are kept: more are counted alone.
+    kept: usize,
 }
 
 impl Tree {
@@ -90,7 +115,7 @@ impl Tree {
             levels.push(vec![Four::NONE; count]);
         }
         let blocks = faces.div_ceil(BLOCK);
-        let (searches, lists) = (vec![Search::default(); blocks], vec![Vec::new(); blocks]);
+        let (searches, lists) = (vec![Search::default(); blocks], vec![Listed::default(); blocks]);
         Self { faces, levels, searches, lists, ..Self::default() }
     }
 
@@ -143,21 +168,59 @@ impl Tree {
         out: &mut Vec<Candidate>,
         interrupt: &Interrupt,
     ) -> Result<(), Unlisted> {
-        if let Some(block) = self.list(faces, wanted, part_box, MOST, interrupt)? {
-            return Err(Unlisted::Crowded { triangle: block * BLOCK });
-        }
+        let count = self.find(faces, wanted, part_box, usize::MAX, interrupt)?;
+        out.resize(count, Candidate::default());
+        self.write(out, |out, candidate| *out = candidate);
+        Ok(())
+    }
 
+    /// Finds what [`Self::candidates`] writes, for [`Self::write`], and returns how many pairs that are. Where they are more than `most`, no more
+    /// than so many are kept, and memory is taken for these alone.
+    ///
+    /// # Errors
+    /// As [`Self::candidates`], whatever `most` is.
+    ///
+    /// # Panics
+    /// As [`Self::candidates`].
+    pub fn find(
+        &mut self,
+        faces: &Faces,
+        wanted: &Wanted<'_>,
+        part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
+        most: usize,
+        interrupt: &Interrupt,
+    ) -> Result<usize, Unlisted> {
+        let most = Most { of_block: MOST, kept: most };
+        match self.list(faces, wanted, part_box, most, interrupt)? {
+            Some(block) => Err(Unlisted::Crowded { triangle: block * BLOCK, most: MOST }),
+            None => Ok(self.lists.iter().map(|listed| listed.count).sum()),
+        }
+    }
+
+    /// Writes each pair that was found last to its place of a list, in their order.
+    ///
+    /// # Panics
+    /// When the list has more or fewer places than pairs are kept.
+    pub fn write<T: Send>(&mut self, list: &mut [T], put: impl Fn(&mut T, Candidate) + Sync) {
         self.starts.clear();
         self.starts.push(0);
         let mut count = 0;
-        for list in &self.lists {
-            count += list.len();
+        for listed in &self.lists {
+            count += listed.candidates.len();
             self.starts.push(u32::try_from(count).expect("candidates that can be numbered"));
         }
-        out.resize(count, NOTHING);
-        let fields = (between_mut(out, &self.starts), per_block(&self.lists));
-        Own::whole(self.lists.len(), 1).each(fields, |_, (out, list)| out.copy_from_slice(list));
-        Ok(())
+        assert_eq!(list.len(), count, "a place for each pair");
+        let fields = (between_mut(list, &self.starts), per_block(&self.lists));
+        Own::whole(self.lists.len(), 1).each(fields, |_, (places, listed)| {
+            for (place, candidate) in places.iter_mut().zip(&listed.candidates) {
+                put(place, *candidate);
+            }
+        });
+    }
+
+    /// Bytes that the pairs take which were found.
+    pub(crate) fn bytes(&self) -> usize {
+        self.lists.iter().map(|listed| listed.candidates.capacity()).sum::<usize>() * size_of::<Candidate>()
     }
 
     /// The first pair that [`Self::candidates`] would write, if any; nothing is looked for behind it.
@@ -174,17 +237,18 @@ impl Tree {
         part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
         interrupt: &Interrupt,
     ) -> Result<Option<Candidate>, Interrupted> {
-        let block = self.list(faces, wanted, part_box, 0, interrupt)?;
-        Ok(block.map(|block| self.lists[block][0]))
+        let most = Most { of_block: 0, kept: usize::MAX };
+        let block = self.list(faces, wanted, part_box, most, interrupt)?;
+        Ok(block.map(|block| self.lists[block].candidates[0]))
     }
 
-    /// Lists the candidates of each block, up to the first block that has more than `most`, and gives that one.
+    /// Lists the candidates of each block, up to the first block that has too many, and gives that one.
     fn list(
         &mut self,
         faces: &Faces,
         wanted: &Wanted<'_>,
         part_box: &(dyn Fn(&[u32]) -> [[f64; 3]; 2] + Sync),
-        most: usize,
+        most: Most,
         interrupt: &Interrupt,
     ) -> Result<Option<usize>, Interrupted> {
         assert_eq!(faces.triangles().len(), self.faces, "a tree over these faces");
@@ -197,16 +261,22 @@ impl Tree {
         });
 
         let Self { levels, corners, searches, lists, .. } = self;
-        lists.iter_mut().for_each(Vec::clear);
-        let pairs = Pairs { faces, corners, wanted };
+        lists.iter_mut().for_each(Listed::clear);
+        let (pairs, all) = (Pairs { faces, corners, wanted }, AtomicUsize::new(0));
         search(
             (levels, self.faces),
             searches,
             lists,
             interrupt,
-            |list: &mut Vec<Candidate>, face, partners| {
-                pairs.add(face, partners, list);
-                if list.len() > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            |Listed { candidates, count }: &mut Listed, face, partners| {
+                let before = candidates.len();
+                pairs.add(face, partners, candidates);
+                let added = candidates.len() - before;
+                *count += added;
+                if added > 0 && all.fetch_add(added, Ordering::Relaxed) + added > most.kept {
+                    candidates.truncate(before);
+                }
+                if *count > most.of_block { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             },
         )
     }
@@ -230,6 +300,13 @@ impl Tree {
     }
 }
 
+impl Listed {
+    fn clear(&mut self) {
+        self.candidates.clear();
+        self.count = 0;
+    }
+}
+
 /// The parts of triangles, with their boxes.
 struct Pairs<'a, 'b> {
     faces: &'a Faces,
@@ -250,7 +327,7 @@ impl Pairs<'_, '_> {
         }
         let mut add = |kind, corners: [u32; 4], triangle| {
             if (self.wanted.is_wanted)(kind, corners) {
-                candidates.push(Candidate { kind, corners, triangle });
+                candidates.push(Candidate { corners, triangle });
             }
         };
         let mut without = (self.wanted.without)(face);

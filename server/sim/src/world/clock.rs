@@ -166,6 +166,16 @@ impl<R: Real> World<R> {
         Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt }
     }
 
+    /// Bytes that pairs of surfaces take.
+    pub(super) fn pair_bytes(&self) -> usize {
+        self.bodies.iter().filter_map(Body::as_cloth).map(Cloth::pair_bytes).sum()
+    }
+
+    /// Lets the pairs of surfaces of a cloth take so many bytes from now on: all that has a thickness is one.
+    pub(super) fn limit_pairs(&mut self, bytes: u64) {
+        self.bodies.iter_mut().filter_map(Body::as_cloth_mut).for_each(|cloth| cloth.limit_pairs(bytes));
+    }
+
     /// Diagnostics of the state as it is.
     pub fn diagnose(&self) -> Diagnostics {
         let around = self.around();

@@ -180,6 +180,16 @@ impl<R: Real> Cloth<R> {
         (body, error, without_history)
     }
 
+    /// Bytes that its pairs of surfaces take.
+    pub(super) fn pair_bytes(&self) -> usize {
+        self.work.contact.bytes()
+    }
+
+    /// Lets its pairs of surfaces take so many bytes from now on.
+    pub(super) fn limit_pairs(&mut self, bytes: u64) {
+        self.work.contact.limit(bytes);
+    }
+
     pub(super) fn undo(&mut self) {
         self.work.undo(&mut self.state);
     }

@@ -95,7 +95,9 @@ pub(super) fn step<R: Real>(
         }
     }
     if let Some(surface) = &mut report.surface {
-        let cut = |rejection: &&Rejection| matches!(rejection.cause, StepFailure::Contact { .. });
+        let cut = |rejection: &&Rejection| {
+            matches!(rejection.cause, StepFailure::Contact { .. } | StepFailure::Crowded { .. })
+        };
         surface.failed = report.rejections.iter().filter(cut).count() as u64;
     }
     let bound = next.shifted(bodies, asked);
@@ -179,7 +181,8 @@ fn can_shorten<R: Real>(
     [dt, asked]: [f64; 2],
 ) -> bool {
     let Some(cloth) = body.as_cloth() else { return false };
-    if matches!(failure, StepFailure::Interrupted) || cloth.is_unchecked() {
+    let is_given_up = matches!(failure, StepFailure::Interrupted | StepFailure::PairMemory { .. });
+    if is_given_up || cloth.is_unchecked() {
         return false;
     }
     let strain = cloth.strain().filter(|_| matches!(failure, StepFailure::Inaccurate { .. }));

@@ -221,6 +221,17 @@ impl Simulation {
         on_world!(self, world => world.snow().map_or(0, Snow::memory_bytes))
     }
 
+    /// Bytes that the pairs of surfaces that may meet take, as the last step left them; 0 without a thickness.
+    pub fn pair_memory_bytes(&self) -> usize {
+        on_world!(self, world => world.pair_bytes())
+    }
+
+    /// Lets the pairs of surfaces that may meet take so many bytes from now on; at first they take what they need. A step for which that is not enough
+    /// fails with [`StepFailure::PairMemory`](crate::report::StepFailure::PairMemory), and can be taken again with more.
+    pub fn limit_pair_memory(&mut self, bytes: u64) {
+        on_world!(self, world => world.limit_pairs(bytes));
+    }
+
     /// Nodes of the snow's grid with mass, as the last step left them; empty before the first and
     /// without snow. Clears `out` first.
     pub fn grid_nodes(&self, out: &mut Vec<GridNode>) {

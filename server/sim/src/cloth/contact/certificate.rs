@@ -30,7 +30,7 @@ pub(crate) fn is_safe(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], f
 pub(crate) fn separation(pair: &Pair, x: [Vec3<f64>; 4]) -> f64 {
     let origin = x[3];
     let [a, b, c, d] = x.map(|x| (x - origin).dot(&pair.direction));
-    match pair.candidate.kind {
+    match pair.candidate.kind() {
         PairKind::VertexTriangle => a - b.max(c).max(d),
         PairKind::Edges => a.min(b) - c.max(d),
     }
@@ -43,7 +43,7 @@ fn advances(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], least: f64)
         *way -= mean;
     }
     let [a, b, c, d] = ways.map(|way| way.norm());
-    let most = match pair.candidate.kind {
+    let most = match pair.candidate.kind() {
         PairKind::VertexTriangle => a + b.max(c).max(d),
         PairKind::Edges => a.max(b) + c.max(d),
     };
@@ -58,7 +58,7 @@ fn advances(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], least: f64)
             return true;
         }
         let there = std::array::from_fn(|k| start[k] + ways[k] * gone);
-        gap = closest(pair.candidate.kind, there).difference.norm();
+        gap = closest(pair.candidate.kind(), there).difference.norm();
     }
     false
 }
@@ -77,7 +77,7 @@ mod tests {
     /// A vertex 1 cm above a triangle that lies level; the way (m) of the vertex, and how far the triangle turns about its edge along x at the same time.
     fn judged(way: [f64; 3], lift: f64, floor: f64) -> bool {
         let surface = Surface::of_sheets(Faces::new(&[[1, 2, 3]], 4), 2e-3, 4);
-        let candidate = Candidate { kind: PairKind::VertexTriangle, corners: [0, 1, 2, 3], triangle: 0 };
+        let candidate = Candidate { corners: [0, 1, 2, 3], triangle: 0 };
         let [a, b, c] = TRIANGLE.map(Vec3::from);
         let start = [Vec3::new(0.2, 0.2, 0.01), a, b, c];
         let pair = Pair::near(&surface, candidate, start, (1.0, 0.0)).expect("it is near");

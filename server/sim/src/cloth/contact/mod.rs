@@ -5,6 +5,7 @@
 //! the next solve, or that the sub-step is safe. Nothing of it is state: each sub-step looks for pairs anew. Modules in reading order:
 
 mod rules;
+mod room;
 mod friction;
 mod place;
 mod pair;
@@ -13,6 +14,7 @@ mod search;
 mod certificate;
 mod wall;
 mod rows;
+mod limit;
 mod groups;
 mod book;
 mod rounds;

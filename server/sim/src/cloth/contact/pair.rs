@@ -35,11 +35,11 @@ pub(crate) struct Pair {
     at_start: f64,
     /// h² k (kg); 0 where nothing is free.
     pub(crate) stiffness: f64,
-    /// Times that it was made harder.
-    hardness: f64,
     pub(super) friction: Friction,
     pub(crate) activity: Activity,
     pushes_at: PushesAt,
+    /// How many times it was made harder.
+    hardened: u8,
 }
 
 /// Where a pair pushes.
@@ -56,6 +56,8 @@ enum PushesAt {
 /// Whether a pair pushes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Activity {
+    /// It is not near, and is not kept.
+    Far,
     Idle,
     Active,
     /// It was dropped once in this sub-step.
@@ -101,6 +103,25 @@ pub(crate) struct Look {
 }
 
 impl Pair {
+    /// One of which nothing is known but that it is not near.
+    pub(super) fn far(candidate: Candidate) -> Self {
+        Self {
+            candidate,
+            gap: 0.0,
+            direction: Vec3::zeros(),
+            thickness: 0.0,
+            target: 0.0,
+            weights: [0.0; 4],
+            normal: Vec3::zeros(),
+            at_start: 0.0,
+            stiffness: 0.0,
+            friction: Friction::default(),
+            activity: Activity::Far,
+            pushes_at: PushesAt::Touching,
+            hardened: 0,
+        }
+    }
+
     /// A pair in a sub-step that begins with its corners at `x` (m), and may give back so much of what it lost (m). None where it stays apart
     /// whatever happens, as long as no corner comes nearer to one of the other part than by `room` (m).
     pub(crate) fn near(
@@ -109,7 +130,7 @@ impl Pair {
         x: [Vec3<f64>; 4],
         (room, regained): (f64, f64),
     ) -> Option<Self> {
-        let found = closest(candidate.kind, x);
+        let found = closest(candidate.kind(), x);
         let gap = found.difference.norm();
         if is_clear(gap, room) {
             return None;
@@ -117,7 +138,6 @@ impl Pair {
         let direction = if gap > 0.0 { found.difference / gap } else { Vec3::zeros() };
         let thickness = surface.distance_of(&candidate);
         Some(Self {
-            candidate,
             gap,
             direction,
             thickness,
@@ -125,11 +145,8 @@ impl Pair {
             weights: found.weights,
             normal: direction,
             at_start: gap,
-            stiffness: 0.0,
-            hardness: 1.0,
-            friction: Friction::default(),
             activity: Activity::Idle,
-            pushes_at: PushesAt::Touching,
+            ..Self::far(candidate)
         })
     }
 
@@ -150,7 +167,7 @@ impl Pair {
 
     /// How its corners go such ways (m) from where they start.
     fn going(&self, [start, ways]: [[Vec3<f64>; 4]; 2]) -> Going {
-        Going { kind: self.candidate.kind, start, ways, gap: self.gap, normal: self.direction }
+        Going { kind: self.candidate.kind(), start, ways, gap: self.gap, normal: self.direction }
     }
 
     /// Begins to push where it would meet on ways (m) without it, with corners of inverse masses (1/kg).
@@ -175,7 +192,12 @@ impl Pair {
     fn put(&mut self, place: &Place, ways: &[Vec3<f64>; 4], inv_m: [f64; 4]) {
         (self.weights, self.normal) = (place.weights, place.normal);
         self.at_start = place.distance - place.share * self.normal.dot(&mixed(ways, &self.weights));
-        self.stiffness = self.hardness * stiffness_of(self.weights, inv_m);
+        self.stiffness = self.hardness() * stiffness_of(self.weights, inv_m);
+    }
+
+    /// How many times as hard it is as one that was not made harder.
+    fn hardness(&self) -> f64 {
+        (0..self.hardened).fold(1.0, |hardness, _| hardness * HARDER)
     }
 
     /// Whether anything of it is free, and it has a direction.
@@ -185,7 +207,7 @@ impl Pair {
 
     /// What friction sees of it, from its relative way (m) in `dt` (s) and the relative velocity (m/s) that it came with.
     fn seen(&self, bound: f64, [way, came]: [&Vec3<f64>; 2], dt: f64) -> Seen {
-        let mass = self.stiffness / (STIFFNESS * self.hardness);
+        let mass = self.stiffness / (STIFFNESS * self.hardness());
         Seen { bound, along: self.along(way) / dt, came: self.along(came).norm(), mass }
     }
 
@@ -260,7 +282,7 @@ impl Pair {
         }
         if let Some(place) = &place {
             if round < last && gap < THIN * self.thickness.min(self.gap) {
-                (self.hardness, look.is_changed) = (self.hardness * HARDER, true);
+                (self.hardened, look.is_changed) = (self.hardened + 1, true);
             }
             self.put(place, &ways, inv_m);
             look.is_changed |= (self.gap_after(&self.relative(&ways)) - gap).abs() > SHORT * self.thickness;
@@ -287,7 +309,7 @@ impl Pair {
         let is_first = self.pushes_at == PushesAt::Touching && round < LATE;
         self.pushes_at = if is_first { PushesAt::Nearest } else { PushesAt::Start };
         if self.activity.pushes() || !is_first {
-            self.hardness *= HARDER;
+            self.hardened += 1;
         }
         let going = self.going([start, ways]);
         let meeting = if is_first { going.meets(self.target) } else { None };

@@ -121,7 +121,7 @@ impl Place {
                 place.turn_from(&(beside * sign))
             })
         };
-        let is_borne = match (candidate.kind, self.inside) {
+        let is_borne = match (candidate.kind(), self.inside) {
             (PairKind::VertexTriangle, Inside::Both) => true,
             (PairKind::Edges, Inside::Both) => {
                 over_edge(&mut place, [third, fourth], 1.0) && over_edge(&mut place, [first, second], -1.0)

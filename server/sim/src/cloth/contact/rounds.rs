@@ -5,7 +5,9 @@ use super::{
     certificate::{is_safe, separation},
     friction::Off,
     groups::Groups,
+    limit::{failure_of, pairs_in},
     pair::{Look, Pair},
+    room::make_room,
     rows::PairRows,
     rules::SETTLING,
     search::Search,
@@ -23,7 +25,7 @@ use crate::{
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{Own, block_count, per_block, per_block_mut, per_row, per_row_mut, several_per_block_mut},
     report::{StepFailure, SurfaceReport},
-    surface::{Unlisted, closest},
+    surface::closest,
 };
 
 /// Rounds of a sub-step, at most.
@@ -46,8 +48,8 @@ pub(crate) enum Review {
     Again,
 }
 
-/// Pairs of the sub-step that is tried, and memory of the search for them.
-#[derive(Clone, Debug, Default)]
+/// Pairs of the sub-step that is tried, and memory of the search for them. A copy has none of it: each sub-step begins with a search.
+#[derive(Debug, Default)]
 pub(crate) struct Contact<R: Real> {
     search: Search,
     pairs: Vec<Pair>,
@@ -87,7 +89,24 @@ pub(crate) struct Scene<'a, R: Real> {
     pub(crate) interrupt: &'a Interrupt,
 }
 
+impl<R: Real> Clone for Contact<R> {
+    fn clone(&self) -> Self {
+        Self { search: self.search.anew(), ..Self::default() }
+    }
+}
+
 impl<R: Real> Contact<R> {
+    /// Lets lists of pairs take so many bytes from now on.
+    pub(crate) fn limit(&mut self, bytes: u64) {
+        self.search.most = Some(pairs_in(bytes));
+    }
+
+    /// Bytes that lists of pairs take.
+    pub(crate) fn bytes(&self) -> usize {
+        let listed = self.pairs.capacity() * size_of::<Pair>() + self.looks.capacity() * size_of::<Look>();
+        self.search.bytes() + listed + self.rows.bytes()
+    }
+
     /// Looks for pairs at the start of a sub-step; `rows` is the right-hand side without them.
     ///
     /// # Errors
@@ -97,7 +116,7 @@ impl<R: Real> Contact<R> {
         let start = Start { x: &state.x, v: &state.v, dv: before, dt, gravity };
         let regained = scene.recovery * dt;
         let found = self.search.begin(model, surface, start, regained, &mut self.pairs, scene.interrupt);
-        found.map_err(|unlisted| failure_of(model, surface, unlisted))?;
+        found.map_err(|stopped| failure_of(model, surface, stopped))?;
         self.list_walls(scene);
         self.rows.keep(model, rows);
         self.report = SurfaceReport::default();
@@ -262,8 +281,9 @@ impl<R: Real> Contact<R> {
     fn look(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) {
         let Scene { model, surface, state, when: When { dt, .. }, friction, .. } = scene;
         let Self { pairs, looks, ends, .. } = self;
-        looks.resize(pairs.len(), Look::default());
         let count = pairs.len();
+        make_room(looks, count, pairs.capacity());
+        looks.resize(count, Look::default());
         let fields = (per_row_mut(pairs), per_row_mut(looks));
         let way = |particle: u32| wide(&next.v[particle as usize]) * dt;
         let gone = |particle: u32, share: f64| wide(&state.x[particle as usize]) + way(particle) * share;
@@ -297,7 +317,7 @@ impl<R: Real> Contact<R> {
         let regained = scene.recovery * scene.when.dt;
         let ends = [&*state.x, &*self.ends[0]];
         let found = self.search.again(model, surface, ends, regained, &mut self.pairs, scene.interrupt);
-        found.map_err(|unlisted| failure_of(model, surface, unlisted))?;
+        found.map_err(|stopped| failure_of(model, surface, stopped))?;
         std::mem::swap(&mut self.walls, &mut self.walls_before);
         self.list_walls(scene);
         for (walls, before) in self.walls.iter_mut().zip(&self.walls_before) {
@@ -324,19 +344,11 @@ impl<R: Real> Contact<R> {
         for pair in &self.pairs {
             let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
             if separation(pair, end) < least {
-                least = least.min(closest(pair.candidate.kind, end).difference.norm());
+                least = least.min(closest(pair.candidate.kind(), end).difference.norm());
             }
         }
         least
     }
-}
-
-/// That pairs are too many to be kept apart, or that the search for them was given up.
-fn failure_of<R: Real>(model: &Model<R>, surface: &Surface, unlisted: Unlisted) -> StepFailure {
-    let Unlisted::Crowded { triangle } = unlisted else { return StepFailure::Interrupted };
-    let [first, .., last] = surface.faces.triangles()[triangle];
-    let particles = [first, last].map(|particle| u64::from(model.user[particle as usize]));
-    StepFailure::Contact { particles, gap: 0.0 }
 }
 
 /// Rubs what a solve pushed against colliders, of each block after what its walls kept.

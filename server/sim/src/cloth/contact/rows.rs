@@ -2,7 +2,7 @@
 //!
 //! A block has the pairs that touch it, in their order, so that a row adds them in one order whatever the number of threads.
 
-use super::{pair::Pair, wall::Wall, ways::wide};
+use super::{pair::Pair, room::make_room, wall::Wall, ways::wide};
 use crate::{
     cloth::layout::Model,
     linalg::{Inverse3, Symmetric3},
@@ -24,6 +24,9 @@ struct Push<R: Real> {
     /// What it gives the right-hand side at a weight of 1 (N s).
     given: Vec3<R>,
 }
+
+/// Bytes of an active pair: beside it stand the blocks that it touches.
+pub(super) const PUSH_BYTES: usize = size_of::<Push<f64>>() + 4 * size_of::<u32>();
 
 /// The pairs of a solve, by blocks, and the right-hand side and the inverse diagonal blocks with them.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +56,11 @@ impl<R: Real> PairRows<R> {
         &self.rows
     }
 
+    /// Bytes of its lists of active pairs.
+    pub(super) fn bytes(&self) -> usize {
+        self.pushes.capacity() * size_of::<Push<R>>() + self.of_blocks.capacity() * size_of::<u32>()
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.pushes.is_empty()
     }
@@ -63,11 +71,14 @@ impl<R: Real> PairRows<R> {
         &mut self,
         (model, inverse): (&Model<R>, &[Inverse3]),
         pairs: &[Pair],
-        walls: impl Iterator<Item = &'a Wall>,
+        walls: impl Iterator<Item = &'a Wall> + Clone,
         (v, dt): (&[Padded<R>], f64),
     ) {
+        let pairs = pairs.iter().filter(|pair| pair.activity.pushes());
+        let walls = walls.filter(|wall| wall.activity.pushes());
         self.pushes.clear();
-        for pair in pairs.iter().filter(|pair| pair.activity.pushes()) {
+        make_room(&mut self.pushes, pairs.clone().count() + walls.clone().count(), usize::MAX);
+        for pair in pairs {
             let corners = pair.candidate.corners;
             let velocity = pair.relative(&corners.map(|corner| wide(&v[corner as usize])));
             let rubbed = pair.friction.impulse(&pair.along(&velocity));
@@ -82,7 +93,7 @@ impl<R: Real> PairRows<R> {
                 given: given.map(R::of),
             });
         }
-        for wall in walls.filter(|wall| wall.activity.pushes()) {
+        for wall in walls {
             let velocity = wide(&v[wall.particle as usize]);
             let rubbed = wall.friction.impulse(&wall.along(&velocity));
             let given = wall.normal * wall.impulse(&velocity, dt) + rubbed;
@@ -115,6 +126,7 @@ impl<R: Real> PairRows<R> {
             starts[block + 1] += starts[block];
         }
         of_blocks.clear();
+        make_room(of_blocks, starts[blocks] as usize, usize::MAX);
         of_blocks.resize(starts[blocks] as usize, 0);
         for (number, push) in pushes.iter().enumerate() {
             for block in push.blocks(model.block_size) {

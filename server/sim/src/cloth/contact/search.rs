@@ -2,32 +2,52 @@
 
 use super::{
     pair::{Activity, Pair, is_clear, is_near},
+    room::make_room,
     ways::{Start, Ways},
 };
 use crate::{
     cloth::layout::{Model, Surface},
     interrupt::Interrupt,
     math::{Padded, Real},
-    parallel::{Own, per_row, per_row_mut},
+    parallel::{Own, per_row_mut},
     surface::{Candidate, PairKind, Tree, Unlisted, Wanted},
 };
 
 /// Candidates that a thread looks at in one go.
 const GO: usize = 64;
 
+/// Why pairs are not listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stopped {
+    /// They are too many at one place, or the search was given up.
+    Unlisted(Unlisted),
+    /// They are so many, more than there may be.
+    TooMany(usize),
+}
+
+impl From<Unlisted> for Stopped {
+    fn from(unlisted: Unlisted) -> Self {
+        Self::Unlisted(unlisted)
+    }
+}
+
 /// Memory of the search, and the ways that it was made for.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Search {
     tree: Option<Tree>,
     pub(crate) ways: Ways,
-    candidates: Vec<Candidate>,
-    /// Of each candidate, whether it is near enough.
-    looked: Vec<Option<Pair>>,
+    /// How many pairs may be listed; none: all that there are.
+    pub(crate) most: Option<usize>,
     /// What pairs of the search before did, in the order of their corners.
     before: Vec<Pair>,
 }
 
 impl Search {
+    /// Another one that may list as many pairs, and has none.
+    pub(crate) fn anew(&self) -> Self {
+        Self { most: self.most, ..Self::default() }
+    }
+
     /// Pairs of a sub-step that begins so, in a fixed order; what lost its distance may get so much of it back (m).
     pub(crate) fn begin<R: Real>(
         &mut self,
@@ -37,7 +57,7 @@ impl Search {
         regained: f64,
         pairs: &mut Vec<Pair>,
         interrupt: &Interrupt,
-    ) -> Result<(), Unlisted> {
+    ) -> Result<(), Stopped> {
         self.ways.predict(model, surface, start);
         self.look(model, surface, regained, pairs, interrupt)
     }
@@ -51,9 +71,11 @@ impl Search {
         regained: f64,
         pairs: &mut Vec<Pair>,
         interrupt: &Interrupt,
-    ) -> Result<(), Unlisted> {
+    ) -> Result<(), Stopped> {
+        let known = |pair: &&Pair| pair.activity != Activity::Idle;
         self.before.clear();
-        self.before.extend(pairs.iter().filter(|pair| pair.activity != Activity::Idle));
+        make_room(&mut self.before, pairs.iter().filter(known).count(), usize::MAX);
+        self.before.extend(pairs.iter().filter(known));
         self.before.sort_unstable_by_key(|pair| pair.candidate);
         self.ways.follow(model, from, to);
         self.look(model, surface, regained, pairs, interrupt)?;
@@ -72,8 +94,8 @@ impl Search {
         regained: f64,
         pairs: &mut Vec<Pair>,
         interrupt: &Interrupt,
-    ) -> Result<(), Unlisted> {
-        let Self { tree, ways, candidates, looked, .. } = self;
+    ) -> Result<(), Stopped> {
+        let Self { tree, ways, most, .. } = self;
         let (faces, ways) = (&surface.faces, &*ways);
         let tree = tree.get_or_insert_with(|| Tree::new(faces.triangles().len()));
         tree.refit(&|face| ways.around(&faces.triangles()[face]));
@@ -89,31 +111,59 @@ impl Search {
             if is_clear(gap, room) { surface.beside.triangles(face) } else { &[] }
         };
         let wanted = Wanted { without: &without, is_wanted: &is_wanted };
-        tree.candidates(faces, &wanted, &|part| ways.around(part), candidates, interrupt)?;
+        let most = most.unwrap_or(usize::MAX);
+        let count = tree.find(faces, &wanted, &|part| ways.around(part), most, interrupt)?;
+        if count > most {
+            return Err(Stopped::TooMany(count));
+        }
 
-        looked.resize(candidates.len(), None);
-        let fields = (per_row_mut(looked), per_row(candidates));
-        Own::whole(candidates.len(), GO).each(fields, |_, (looked, candidates)| {
+        make_room(pairs, count, most);
+        pairs.resize(count, Pair::far(Candidate::default()));
+        tree.write(pairs, |pair, candidate| pair.candidate = candidate);
+        Own::whole(count, GO).each(per_row_mut(pairs), |_, pairs| {
             if interrupt.is_requested() {
                 return;
             }
-            for (looked, candidate) in looked.iter_mut().zip(candidates) {
-                let corners = candidate.corners;
+            for pair in pairs {
+                let (candidate, corners) = (pair.candidate, pair.candidate.corners);
                 let [at, expected] = ways.starts_and_expected(&corners);
-                let room = ways.room(candidate.kind, &corners, &expected);
-                *looked = Pair::near(surface, *candidate, at, (room, regained));
-                if let Some(pair) = looked {
-                    let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
-                    let free = corners.map(|corner| ways.free(corner));
-                    pair.begin(surface, [at, free], inv_m, |particle, share| ways.freely(particle, share));
-                }
+                let room = ways.room(candidate.kind(), &corners, &expected);
+                let Some(near) = Pair::near(surface, candidate, at, (room, regained)) else {
+                    pair.activity = Activity::Far;
+                    continue;
+                };
+                *pair = near;
+                let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
+                let free = corners.map(|corner| ways.free(corner));
+                pair.begin(surface, [at, free], inv_m, |particle, share| ways.freely(particle, share));
             }
         });
         if interrupt.is_requested() {
-            return Err(Unlisted::Interrupted);
+            // Some of them nobody has looked at.
+            pairs.clear();
+            return Err(Unlisted::Interrupted.into());
         }
-        pairs.clear();
-        pairs.extend(looked.iter().flatten());
+        pairs.retain(|pair| pair.activity != Activity::Far);
         Ok(())
+    }
+
+    /// Bytes of its lists of pairs.
+    pub(crate) fn bytes(&self) -> usize {
+        self.tree.as_ref().map_or(0, Tree::bytes) + self.before.capacity() * size_of::<Pair>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        cloth::contact::pair::{Look, Pair},
+        surface::Candidate,
+    };
+
+    #[test]
+    fn a_pair_takes_less_than_240_bytes_in_the_lists_that_have_every_pair() {
+        assert!(size_of::<Pair>() <= 192, "{}", size_of::<Pair>());
+        let all = size_of::<Candidate>() + size_of::<Pair>() + size_of::<Look>();
+        assert!(all < 240, "{all}");
     }
 }

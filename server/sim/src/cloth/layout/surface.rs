@@ -77,7 +77,7 @@ impl Surface {
             return thickness;
         }
         let at_rest = candidate.corners.map(|corner| self.rest[corner as usize]);
-        let difference = closest(candidate.kind, at_rest).difference;
+        let difference = closest(candidate.kind(), at_rest).difference;
         thickness.min(REST_SHARE * difference.norm())
     }
 }
