@@ -2,6 +2,7 @@
 //!
 //! Each suite has a file; the files above them are shared.
 
+mod isa;
 mod row;
 mod sample;
 mod timings;
@@ -28,6 +29,9 @@ use crate::error::Result;
 /// Measure what this machine does
 #[derive(Args, Debug)]
 pub(crate) struct BenchArgs {
+    /// Instructions of the kernels [default: the widest of this processor]
+    #[arg(long, value_enum, global = true)]
+    isa: Option<isa::Isa>,
     #[command(subcommand)]
     suite: Suite,
 }
@@ -47,8 +51,11 @@ enum Suite {
 /// Runs `nappe bench`.
 ///
 /// # Errors
-/// When a run fails.
+/// When a run fails, or the processor lacks the instructions that are asked for.
 pub(crate) fn run(args: &BenchArgs) -> Result<()> {
+    if let Some(isa) = args.isa {
+        isa::use_from_now_on(isa)?;
+    }
     match &args.suite {
         Suite::Zara(args) => zara::run(args),
         Suite::Cloth(args) => cloth::run(args),

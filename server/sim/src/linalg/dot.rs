@@ -85,7 +85,7 @@ impl<R: Real> WithSimd<R> for BlockSums<'_, R> {
             magnitude += product.abs();
         }
 
-        [signed, magnitude].map(|sum| add_lanes(sum.store()))
+        [add_lanes(signed.store()), add_lanes(magnitude.store())]
     }
 }
 

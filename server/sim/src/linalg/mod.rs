@@ -24,6 +24,8 @@ pub(crate) use patches::{MatrixParts, TakeParts};
 pub use patches::{PatchLayout, PatchMatrix, Patches, patch_bytes};
 pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
 pub use settings::{AtCap, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
-pub(crate) use sixteens::{Sums, add_lanes, lanes_at, load_six, packs, packs_at, store_padded, widen_six};
+pub(crate) use sixteens::{
+    Sums, add_lanes, lane_sums, lanes_at, load_six, packs, packs_at, store_padded, widen_six,
+};
 pub(crate) use solve::{System, solve};
 pub use two_level::TwoLevel;

@@ -101,6 +101,13 @@ pub struct Inverse3 {
     below: [[f32; LANES]; 3],
 }
 
+/// 1 where a pivot is positive and within the range of binary32, else 0; a number that is not finite is neither. No closure: these are not compiled
+/// for the instructions of the kernel that calls them.
+#[inline(always)]
+fn within<W: Pack<Number = f64>>(pivot: W) -> W {
+    W::of(SMALLEST).if_less(pivot, pivot.if_less(W::of(LARGEST), W::one(), W::zero()), W::zero())
+}
+
 impl Inverse3 {
     /// Those of matrices, one or more; the scalar `otherwise` where one is not positive definite. A `kind` other than
     /// the inverse blocks leaves out what is beside the diagonals.
@@ -131,17 +138,13 @@ impl Inverse3 {
         let zy = (yz - zx * xy) / y;
         let z = zz - zx * xz - zy * zy * y;
 
-        // Positive and within the range of binary32; a number that is not finite is neither.
-        let (smallest, largest) = (W::of(SMALLEST), W::of(LARGEST));
-        let within = |pivot: W| smallest.if_less(pivot, pivot.if_less(largest, one, W::zero()), W::zero());
         let is_good = within(xx) * within(y) * within(z);
-        let otherwise = otherwise.min(largest);
-        let good = |value: W, other: W| W::zero().if_less(is_good, value, other);
+        let otherwise = otherwise.min(W::of(LARGEST));
         let pivots = [xx, y, z];
         let below = [W::zero() - yx, yx * zy - zx, W::zero() - zy];
         Self {
-            pivots: three!(|c| good(one / pivots[c], otherwise).to_singles()),
-            below: three!(|c| good(below[c], W::zero()).to_singles()),
+            pivots: three!(|c| W::zero().if_less(is_good, one / pivots[c], otherwise).to_singles()),
+            below: three!(|c| W::zero().if_less(is_good, below[c], W::zero()).to_singles()),
         }
     }
 

@@ -43,6 +43,16 @@ pub(crate) fn add_lanes(lanes: [f64; LANES]) -> f64 {
     (four[0] + four[2]) + (four[1] + four[3])
 }
 
+/// The lanes of each of several packs, added in pairs. No closure: these are not compiled for the instructions of the kernel that calls them.
+#[inline(always)]
+pub(crate) fn lane_sums<W: Pack<Number = f64>, const N: usize>(packs: [W; N]) -> [f64; N] {
+    let mut sums = [0.0; N];
+    for i in 0..N {
+        sums[i] = add_lanes(packs[i].store());
+    }
+    sums
+}
+
 /// The entries of sixteen matrices, in lanes, in binary64.
 #[inline(always)]
 pub(crate) fn widen_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P::Wide; 6] {

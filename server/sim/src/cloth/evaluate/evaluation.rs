@@ -19,7 +19,7 @@ use crate::{
         layout::{BlockOfRows, BlockScratch, Elements, Model, Scratches},
         settings::{Aim, Bounded, Explicit, Implicit, Purpose, RightHandSide},
     },
-    linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, load_six, packs_at, widen_six},
+    linalg::{Inverse3, PreconditionerKind, lane_sums, lanes_at, load_six, packs_at, widen_six},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
     parallel::{Disjoint, block_count, per_block_mut, per_sixteen_mut, size},
     report::{BoundKind, Diagnostics},
@@ -253,7 +253,7 @@ impl<R: Real> Block<'_, R> {
         springs.fold_block(self.number, [self.x, self.v], &mut self.scratch.records, &mut fold);
         let (energy, power, stretch) = (fold.energy, fold.power, fold.stretch);
         // Both ends count a spring.
-        let mut elastic = [energy, power].map(|lanes| 0.5 * add_lanes(lanes.store()));
+        let mut elastic = lane_sums([energy, power]).map(|sum| 0.5 * sum);
         if !self.model.elements.is_empty() {
             let [energy, power] = self.add_elements::<P, A>();
             elastic = [elastic[0] + energy, elastic[1] + power];

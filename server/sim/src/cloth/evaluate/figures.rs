@@ -3,7 +3,7 @@
 use super::{external::Acting, numbers::StepNumbers};
 use crate::{
     cloth::settings::{Aim, RightHandSide},
-    linalg::add_lanes,
+    linalg::lane_sums,
     math::{LANES, Pack, Real, Vec3, array::dot, array3},
 };
 
@@ -216,12 +216,11 @@ impl<W: Pack<Number = f64>> Figures<W> {
     /// The sums of the block, with those of its springs.
     #[inline(always)]
     pub(crate) fn partial(self, [elastic, straight]: [f64; 2], stretch: f64) -> Partial {
-        let total = |lanes: W| add_lanes(lanes.store());
-        let [px, py, pz] = self.momentum.map(total);
-        let [kinetic, gravitational, checksum] = [self.kinetic, self.gravitational, self.checksum].map(total);
-        let [all, pins, own] = [self.all, self.pins, self.straight].map(total);
-        let [push_x, push_y, push_z] = self.pin_push.map(total);
-        let [along, square, ax, ay, az] = self.swings.map(total);
+        let [px, py, pz] = lane_sums(self.momentum);
+        let [kinetic, gravitational, checksum] = lane_sums([self.kinetic, self.gravitational, self.checksum]);
+        let [all, pins, own] = lane_sums([self.all, self.pins, self.straight]);
+        let [push_x, push_y, push_z] = lane_sums(self.pin_push);
+        let [along, square, ax, ay, az] = lane_sums(self.swings);
         let straight = own + straight;
         let energies = [kinetic, elastic, gravitational];
         let others =

@@ -2,7 +2,7 @@
 
 use super::numbers::StepNumbers;
 use crate::{
-    linalg::{add_lanes, lanes_at},
+    linalg::{lane_sums, lanes_at},
     math::{LANES, Pack, Real, array::dot, array3, three},
     parallel::Share,
     report::ErrorEstimate,
@@ -179,7 +179,7 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
     pub(crate) fn block(self) -> Moved {
         let Self { error, change, own, along, external, medium, largest } = self;
         let [error, change, own, along, external, medium] =
-            [error, change, own, along, external, medium].map(|lanes| add_lanes(lanes.store()));
+            lane_sums([error, change, own, along, external, medium]);
         let largest = largest.store();
         let largest = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, largest[lane]));
         Moved { error, change, own, along, external, medium, largest }

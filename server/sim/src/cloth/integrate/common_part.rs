@@ -9,7 +9,7 @@ use crate::{
         evaluate::{StepNumbers, Workspace, symmetric},
         layout::Model,
     },
-    linalg::{add_lanes, lanes_at},
+    linalg::{lane_sums, lanes_at},
     math::{LANES, Mat3, Pack, Real, Sixteen, Vec3, WithSimd, dispatch, three},
     parallel::{per_block_mut, per_row, per_sixteen, per_sixteen_mut},
 };
@@ -117,7 +117,7 @@ impl<R: Real> WithSimd<R> for Momentum<'_, R> {
                 }
             }
         }
-        sums.map(|lanes| add_lanes(lanes.store()))
+        lane_sums(sums)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::{
         settings::{Integrator, Scheme, error_constant},
         state::State,
     },
-    linalg::{add_lanes, lanes_at, packs, packs_at, store_padded},
+    linalg::{add_lanes, lane_sums, lanes_at, packs, packs_at, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
     parallel::{Parts, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut},
 };
@@ -233,7 +233,7 @@ impl<R: Real> WithSimd<R> for LeaveOver<'_, R> {
             squares += square;
             largest = largest.max(square * inv_m);
         }
-        let [inertia, square, along] = [inertia, squares, along].map(|lanes| add_lanes(lanes.store()));
+        let [inertia, square, along] = lane_sums([inertia, squares, along]);
         let largest = largest.store().into_iter().fold(0.0, f64::max);
         Leftover { inertia, square, along, largest: largest.sqrt() / self.block.start.scheme.h }
     }

@@ -6,7 +6,7 @@
 use super::update::Step;
 use crate::{
     cloth::evaluate::{SweepSums, Workspace},
-    linalg::{add_lanes, lanes_at, packs, store_padded},
+    linalg::{lane_sums, lanes_at, packs, store_padded},
     math::{LANES, Pack, Padded, Real, WithSimd, array::dot, dispatch, three},
     parallel::{per_block_mut, per_row, per_row_mut},
     report::Stage,
@@ -77,7 +77,7 @@ impl<R: Real> WithSimd<R> for Led<'_, R> {
             uphill += m * dot(back, on);
             way += m * dot(back, back);
         }
-        let [uphill, way] = [uphill, way].map(|lanes| add_lanes(lanes.store()));
+        let [uphill, way] = lane_sums([uphill, way]);
         SweepSums { uphill, way }
     }
 }
