@@ -75,6 +75,32 @@ fn a_thickness_above_half_of_the_shortest_edge_is_refused_with_both() {
 }
 
 #[test]
+fn a_thickness_above_the_height_of_a_sliver_is_refused_with_its_corners() {
+    // The corner that is in one triangle alone comes near to the side across from it.
+    let of_height = |height: f64| {
+        let mut sheet = Sheet::level(4, 0.05, [0.0; 3], 0.0).network();
+        let uses =
+            |particle: u32| sheet.triangles.iter().flatten().filter(|corner| **corner == particle).count();
+        let alone = (0..16).find(|particle| uses(*particle) == 1).expect("two corners are in one triangle");
+        let triangle =
+            *sheet.triangles.iter().find(|triangle| triangle.contains(&alone)).expect("its triangle");
+        let others: Vec<usize> = triangle.iter().filter(|i| **i != alone).map(|i| *i as usize).collect();
+        let [corner, p, q] = [alone as usize, others[0], others[1]].map(|i| sheet.x[i]);
+        let middle = [0, 1, 2].map(|c| 0.5 * (p[c] + q[c]));
+        let out = [0, 1, 2].map(|c| corner[c] - middle[c]);
+        let length = out.iter().map(|c| c * c).sum::<f64>().sqrt();
+        sheet.x[alone as usize] = [0, 1, 2].map(|c| middle[c] + out[c] * (height / length));
+        (scene(sheet, 4e-3, 0.0).setup(), triangle)
+    };
+    let (setup, [a, b, c]) = of_height(1.4e-5);
+    let told = Simulation::new(&setup, Precision::F64).expect_err("a sliver").to_string();
+    let expected = format!("the flattest triangle, of particles {a}, {b} and {c}, which is 1.4e-5 m");
+    assert!(told.contains(&expected), "{told}");
+    let made = Simulation::new(&of_height(4.1e-3).0, Precision::F64);
+    assert!(made.is_ok(), "{:?}", made.err());
+}
+
+#[test]
 fn surfaces_that_touch_at_the_start_are_refused_with_the_remedy() {
     // Side by side, so that the last column of one is the first of the other; a nanometre apart they are taken.
     let beside = |gap: f64| {

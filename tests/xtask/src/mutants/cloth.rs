@@ -95,7 +95,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(104, "cloth/laws/spring.rs", "damping * along * self.inverse * self.inverse", "damping * along * self.inverse"),
     expression(105, "cloth/evaluate/evaluation.rs", "(v[c] - P::splat(wind[c]))", "v[c]"),
     expression(106, "cloth/laws/spring.rs", "half * stiffness.widen()", "stiffness.widen()"),
-    expression(107, "cloth/evaluate/evaluation.rs", "0.5 * add_lanes(lanes.store())", "add_lanes(lanes.store())"),
+    expression(107, "cloth/evaluate/evaluation.rs", "0.5 * sum", "sum"),
     text(108, "cloth/settings/cloth.rs", "Self::Absolute => -1.0", "Self::Absolute => if crate::mutant(108) { 1.0 } else { -1.0 }"),
     text(109, "cloth/settings/cloth.rs", "Self::Clamped => 0.0", "Self::Clamped => if crate::mutant(109) { 1.0 } else { 0.0 }"),
     expression(110, "cloth/evaluate/numbers.rs", "h * h * k", "h * k"),

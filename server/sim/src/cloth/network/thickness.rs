@@ -10,7 +10,7 @@ use crate::{
     math::{
         Vec3,
         array::{length, minus},
-        array3, number,
+        array3, four_digits, number,
     },
     parallel::hilbert_order,
     surface::{Crossing, Crossings, Faces, touching},
@@ -75,13 +75,38 @@ impl Network {
             return Some(format!("is {told} m, and there are no triangles: only triangles make a surface"));
         };
         // Closer ones could not be told from neighbours.
-        (thickness > 0.5 * shortest).then(|| {
+        if thickness > 0.5 * shortest {
             let [length, allowed] = [shortest, 0.5 * shortest].map(number);
-            format!(
+            return Some(format!(
                 "is {told} m, above half of the shortest edge, which is {length} m long, from particle {a} to {b}: allowed \
                  is at most {allowed}"
-            )
-        })
+            ));
+        }
+        // What lies beside a sliver is nearer than that to what lies on its other side.
+        let (height, [a, b, c]) = self.flattest_triangle().filter(|(height, _)| thickness > *height)?;
+        let height = four_digits(height);
+        Some(format!(
+            "is {told} m, above the height of the flattest triangle, of particles {a}, {b} and {c}, which is {height} m and the most \
+             that is allowed (a mesh without such slivers allows more)"
+        ))
+    }
+
+    /// The least height (m) of a triangle over its longest side, and its corners; none without triangles.
+    fn flattest_triangle(&self) -> Option<(f64, [u32; 3])> {
+        let mut flattest: Option<(f64, [u32; 3])> = None;
+        for corners in &self.triangles {
+            interrupt::point();
+            let [Some(a), Some(b), Some(c)] = corners.map(|corner| self.x.get(corner as usize)) else {
+                continue;
+            };
+            let sides = [minus(*b, *a), minus(*c, *b), minus(*a, *c)];
+            let longest = sides.map(length).into_iter().fold(0.0, f64::max);
+            let height = Vec3::from(sides[0]).cross(&Vec3::from(sides[1])).norm() / longest;
+            if flattest.is_none_or(|(least, _)| height < least) {
+                flattest = Some((height, *corners));
+            }
+        }
+        flattest
     }
 
     /// The length (m) of the shortest edge of its triangles, and its ends; none without triangles. Corners that are no
