@@ -51,7 +51,8 @@ pub struct Config {
     /// Seconds in which a connection writes nothing before a drain cuts it: its peer takes nothing any more.
     #[arg(long, env = "NAPPE_DRAIN_STALL_SECONDS", default_value_t = Config::default().drain_stall_seconds, value_parser = real(SECONDS, Least::From0))]
     pub drain_stall_seconds: f64,
-    /// Seconds that a new connection may stay silent before it is closed.
+    /// Seconds in which a new connection has to show the token, or send a whole request where none is asked for, before it
+    /// is closed.
     #[arg(long, env = "NAPPE_HANDSHAKE_SECONDS", default_value_t = Config::default().handshake_seconds, value_parser = real(SECONDS, Least::From0))]
     pub handshake_seconds: f64,
     /// Seconds that a connection may be open without a call in progress before it is closed. An open stream is

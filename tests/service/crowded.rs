@@ -16,7 +16,7 @@ use tonic::{Status, transport::Channel};
 use crate::{
     cloth_scenes::{dust, sheet},
     frames::in_time,
-    harness::{Client, Server, assert_reason, config, every},
+    harness::{Client, Server, assert_reason, config, connect, every},
 };
 
 /// How long fields are still made after the last who wanted them has left.
@@ -181,11 +181,15 @@ async fn a_request_that_does_not_arrive_is_given_up() {
 async fn connections_from_one_address_are_limited() {
     let limits = Limits { max_connections_per_address: 2, ..Limits::default() };
     let mut server = Server::with(limits).await;
-    let second = TcpStream::connect(server.app.local_addr()).await.expect("accepted");
+    let mut second = connect(&server.app).await;
+    let info = v1::GetServerInfoRequest {};
+    // Whoever has sent a whole request is no stranger, and gives way to nobody.
+    second.get_server_info(info).await.expect("answered");
+    server.client.get_server_info(info).await.expect("answered");
     let mut third = TcpStream::connect(server.app.local_addr()).await.expect("the system accepts it");
     let mut byte = [0; 1];
     let read = in_time(third.read(&mut byte)).await;
     assert!(read.map_or(true, |count| count == 0), "the third is closed at once");
     drop(second);
-    server.client.get_server_info(v1::GetServerInfoRequest {}).await.expect("the first is served on");
+    server.client.get_server_info(info).await.expect("the first is served on");
 }

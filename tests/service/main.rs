@@ -55,4 +55,5 @@ mod health_and_reflection;
 mod client_library;
 mod errors_page;
 mod raw_calls;
+mod strangers;
 mod refusals_page;

@@ -1,11 +1,13 @@
 //! The page of a server in a browser: its address, a link that lets one browser in, and the browser itself.
 
 use std::{
+    io::{self, IsTerminal as _},
     process::{Command, Stdio},
     thread,
     time::{Duration, Instant},
 };
 
+use clap::Args;
 use nappe_client::{Client, ClientError};
 
 use crate::error::{CliError, Result};
@@ -20,6 +22,21 @@ const OPENER: (&str, &[&str]) = if cfg!(windows) {
 };
 /// How long it may take to say that it cannot; one that takes longer is a browser.
 const PATIENCE: Duration = Duration::from_secs(2);
+
+/// The option of verbs that print a link when a server is there.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct LinkArgs {
+    /// Print a link that lets a browser in, also into a file or a pipe: whoever reads it first has the token
+    #[arg(long, conflicts_with = "json")]
+    link: bool,
+}
+
+impl LinkArgs {
+    /// Whether a link is printed: on a terminal, which nobody else reads, or where it is asked for.
+    pub(crate) fn is_wanted(self) -> bool {
+        self.link || io::stdout().is_terminal()
+    }
+}
 
 /// A link to the page of a server.
 pub(crate) struct Link {

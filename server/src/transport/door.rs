@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use http::{HeaderValue, Request, header};
 
-use super::{cors::AllowedOrigins, host::AllowedHosts, method::Method, token::Guard};
+use super::{connections::Standing, cors::AllowedOrigins, host::AllowedHosts, method::Method, token::Guard};
 use crate::{
     caller::Caller,
     counters::Counters,
@@ -30,11 +30,14 @@ impl Door {
         Self { origins, hosts, guard, counters }
     }
 
-    /// Why a request may not come in, if so.
+    /// Why a request may not come in, if so. Who shows the token with one that may is known from then on.
     pub(super) fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
         let refusal = self.of_host(request).or_else(|| self.of_origin(request));
-        let refusal = refusal.or_else(|| self.guard.refusal(request.headers(), method))?;
-        Some(self.told(request, refusal))
+        let refusal = refusal.or_else(|| self.guard.refusal(request.headers(), method));
+        if refusal.is_none() && self.guard.has_seen_it(method) {
+            Standing::of(request.extensions()).becomes_known();
+        }
+        refusal.map(|refusal| self.told(request, refusal))
     }
 
     /// The same of what is open to those who have no token.
@@ -54,7 +57,10 @@ impl Door {
 
     fn of_host<B>(&self, request: &Request<B>) -> Option<ServiceError> {
         let host = self.hosts.check(request).err()?;
-        let message = format!("requests to the host '{host}' are not for this server");
+        let message = match &*host {
+            "" => "the request names no host".to_owned(),
+            host => format!("requests to the host '{host}' are not for this server"),
+        };
         Some(ServiceError::new(Reason::HostNotAllowed, message).with("host", host))
     }
 

@@ -26,6 +26,8 @@ const MAX_DEPTH: usize = 100;
 pub(super) enum Fault {
     /// It has more elements than are allowed.
     TooMany,
+    /// It announces a message of more bytes than are allowed.
+    TooLong,
     /// It is not a message of the contract.
     Malformed,
 }
@@ -144,6 +146,8 @@ enum State {
 pub(super) struct ElementCounter {
     /// Elements of one message at most.
     allowed: u64,
+    /// Bytes of one message at most.
+    longest: u64,
     /// The message of the method.
     root: usize,
     state: State,
@@ -159,13 +163,18 @@ impl ElementCounter {
     pub(super) fn of(path: &str, allowed: u64) -> Option<Self> {
         let root = *CONTRACT.methods.get(path)?;
         let state = State::Prefix([0; PREFIX_BYTES], 0);
-        Some(Self { allowed, root, state, open: Vec::new(), at: 0, count: 0 })
+        Some(Self { allowed, longest: u64::MAX, root, state, open: Vec::new(), at: 0, count: 0 })
+    }
+
+    /// The same for messages of so many bytes at most.
+    pub(super) fn up_to(self, longest: u64) -> Self {
+        Self { longest, ..self }
     }
 
     /// Reads the bytes that come next.
     ///
     /// # Errors
-    /// Too many elements in one message, or bytes that are no message.
+    /// Too many elements in one message, one that is too long, or bytes that are no message.
     pub(super) fn read(&mut self, mut bytes: &[u8]) -> Result<(), Fault> {
         while let Some((&byte, rest)) = bytes.split_first() {
             self.state = if let State::Skip(left) = self.state {
@@ -216,6 +225,9 @@ impl ElementCounter {
     /// A message begins.
     fn begin(&mut self, [compressed, length @ ..]: [u8; PREFIX_BYTES]) -> Result<State, Fault> {
         let length = u64::from(u32::from_be_bytes(length));
+        if length > self.longest {
+            return Err(Fault::TooLong);
+        }
         (self.at, self.count) = (0, 0);
         self.open.clear();
         self.open.push((self.root, length));
@@ -349,6 +361,15 @@ mod tests {
         let message = [&[0][..], &(body.len() as u32).to_be_bytes(), &body].concat();
         assert_eq!(read(UPDATE, 101, &message), Ok(()));
         assert_eq!(read(UPDATE, 100, &message), Err(Fault::TooMany));
+    }
+
+    #[test]
+    fn a_message_that_announces_too_much_is_refused_before_it_comes() {
+        let read = |longest: u64| {
+            let counter = ElementCounter::of(UPDATE, 0).expect("a method");
+            counter.up_to(longest).read(&[0, 0, 0, 4, 1])
+        };
+        assert_eq!((read(1025), read(1024)), (Ok(()), Err(Fault::TooLong)));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The memory of a request is bounded while it arrives and until it is answered: its bytes are counted against those
-//! of all requests in progress, and its elements before they are decoded.
+//! of all requests in progress, and its elements before they are decoded. One that needs no token may be of a stranger, and
+//! has little.
 
 use std::{
     convert::Infallible,
@@ -15,7 +16,11 @@ use hyper::body::{Body as HttpBody, Frame, SizeHint};
 use tonic::{Status, body::Body};
 use tower::Service;
 
-use super::elements::{ElementCounter, Fault};
+use super::{
+    connections::Standing,
+    elements::{ElementCounter, Fault},
+    method::Method,
+};
 use crate::{
     error::{Reason, ServiceError},
     memory::{Claim, MemoryAccount},
@@ -26,6 +31,8 @@ const CHANGES: [&str; 2] =
     ["/nappe.v1.SimulationService/UpdateParameters", "/nappe.v1.SimulationService/StepSession"];
 /// The method that claims the memory of what comes by itself.
 const UPLOAD: &str = "/nappe.v1.SimulationService/UploadMesh";
+/// Bytes of a request that needs no token, at most: it has a code, or the name of a service.
+pub(super) const OPEN_BYTES: u64 = 1 << 10;
 
 /// A service whose requests are counted.
 #[derive(Clone, Debug)]
@@ -57,16 +64,27 @@ where
     }
 
     fn call(&mut self, request: Request<B>) -> Self::Future {
-        let path = request.uri().path();
+        let method = Method::new(request.uri().path());
+        let standing = Standing::of(request.extensions());
+        if method.takes_a_stream() {
+            // Nobody waits for its end.
+            standing.becomes_known();
+        }
+        let room = method.needs_no_token().then_some(OPEN_BYTES);
+
+        let path = method.path();
         let claim = (path != UPLOAD).then(|| Arc::new(self.account.claim()));
         let too_many = if CHANGES.contains(&path) { Reason::TooManyChanges } else { Reason::InvalidMessage };
         let elements = ElementCounter::of(path, self.max_elements);
+        let elements = elements.map(|elements| elements.up_to(room.unwrap_or(u64::MAX)));
 
         // What was decoded lives until the answer.
         let held = claim.clone();
         let allowed = self.max_elements;
-        let request =
-            request.map(|inner| GuardedBody { inner, claim, elements, too_many, allowed, is_refused: false });
+        let request = request.map(|inner| {
+            let is_refused = false;
+            GuardedBody { inner, room, standing, claim, elements, too_many, allowed, is_refused }
+        });
         let answer = self.inner.call(request);
         Box::pin(async move {
             let answer = answer.await;
@@ -80,6 +98,9 @@ where
 #[derive(Debug)]
 pub(super) struct GuardedBody<B> {
     inner: B,
+    /// Bytes that may still come of a request that needs no token.
+    room: Option<u64>,
+    standing: Standing,
     claim: Option<Arc<Claim>>,
     /// None for a method that is not of this contract.
     elements: Option<ElementCounter>,
@@ -92,8 +113,12 @@ pub(super) struct GuardedBody<B> {
 
 impl<B> GuardedBody<B> {
     fn check(&mut self, bytes: &[u8]) -> Result<(), ServiceError> {
+        let length = bytes.len() as u64;
+        if let Some(room) = &mut self.room {
+            *room = room.checked_sub(length).ok_or_else(too_long)?;
+        }
         if let Some(claim) = &self.claim {
-            claim.grow(bytes.len() as u64)?;
+            claim.grow(length)?;
         }
         let read = self.elements.as_mut().map_or(Ok(()), |elements| elements.read(bytes));
         read.map_err(|fault| match fault {
@@ -102,11 +127,24 @@ impl<B> GuardedBody<B> {
                 let message = format!("the request has more elements than are allowed in one: {allowed}");
                 ServiceError::new(self.too_many, message).with("allowed", allowed)
             }
+            Fault::TooLong => too_long(),
             Fault::Malformed => {
                 ServiceError::new(Reason::InvalidMessage, "the request is not a message of the method")
             }
         })
     }
+
+    /// Whoever sent a whole request is known, where no token is asked for: elsewhere it was shown, unless none is needed.
+    fn end(&self) {
+        if self.room.is_none() {
+            self.standing.becomes_known();
+        }
+    }
+}
+
+fn too_long() -> ServiceError {
+    let message = format!("the request has more bytes than one that needs no token may have: {OPEN_BYTES}");
+    ServiceError::new(Reason::MessageTooLarge, message).with("allowed", OPEN_BYTES)
 }
 
 impl<B> HttpBody for GuardedBody<B>
@@ -125,7 +163,10 @@ where
             return Poll::Ready(None);
         }
         let frame = match ready!(Pin::new(&mut self.inner).poll_frame(context)) {
-            None => return Poll::Ready(None),
+            None => {
+                self.end();
+                return Poll::Ready(None);
+            }
             Some(Err(error)) => return Poll::Ready(Some(Err(error.into()))),
             Some(Ok(frame)) => frame,
         };

@@ -25,11 +25,10 @@ impl AllowedHosts {
         Self(Some(own.chain(extra.iter().map(String::as_str)).map(str::to_ascii_lowercase).collect()))
     }
 
-    /// Whether a request is addressed to this server; otherwise the host that it names, as it stands there. One that
-    /// names its host twice, as authority and in a header, has to name the same one.
+    /// Whether a request is addressed to this server; otherwise the host that it names, as it stands there, and nothing if it
+    /// names none. One that names its host twice, as authority and in a header, has to name the same one.
     pub(super) fn check<B>(&self, request: &Request<B>) -> Result<(), String> {
         let Some(names) = &self.0 else { return Ok(()) };
-        // Without any, it is HTTP/1.0: browsers speak later versions.
         let mut hosts = Vec::new();
         for named in named_hosts(request) {
             match host_of(&named).filter(|host| is_allowed(names, host)) {
@@ -39,6 +38,7 @@ impl AllowedHosts {
         }
         match hosts.windows(2).find(|pair| pair[0].0 != pair[1].0) {
             Some(pair) => Err(format!("{} and {}", pair[0].1, pair[1].1)),
+            None if hosts.is_empty() => Err(String::new()),
             None => Ok(()),
         }
     }
@@ -74,9 +74,9 @@ fn named_hosts<B>(request: &Request<B>) -> Vec<String> {
     authority.into_iter().chain(headers).collect()
 }
 
-/// The host of an authority, in lower case and without the dot of the root.
+/// The host of an authority, in lower case and without the dot of the root. A host has no user.
 fn host_of(named: &str) -> Option<String> {
-    let authority: Authority = named.parse().ok()?;
+    let authority: Authority = named.parse().ok().filter(|_| !named.contains('@'))?;
     Some(authority.host().trim_end_matches('.').to_ascii_lowercase())
 }
 
@@ -113,9 +113,19 @@ mod tests {
             assert_eq!(check(good), Ok(()), "{good}");
         }
 
-        for bad in ["evil.example:50051", "127.0.0.1.evil.example", "localhost.evil.example", "", "a b"] {
+        for bad in [
+            "evil.example:50051",
+            "127.0.0.1.evil.example",
+            "localhost.evil.example",
+            "evil@127.0.0.1",
+            "evil:word@localhost:50051",
+            "",
+            "a b",
+        ] {
             assert_eq!(check(bad), Err(bad.to_owned()), "{bad}");
         }
+        let none = Request::builder().uri("/x").body(()).expect("a request");
+        assert_eq!(hosts.check(&none), Err(String::new()), "it names none");
 
         let request = Request::builder().uri("http://evil.example:50051/x").body(()).expect("a request");
         assert_eq!(hosts.check(&request), Err("evil.example:50051".to_owned()), "the authority of HTTP/2");

@@ -30,7 +30,7 @@ use super::{
 };
 #[cfg(unix)]
 use crate::address::SocketFile;
-use crate::{address::Address, caller::Caller, counters::Counters, stream::Cut};
+use crate::{address::Address, caller::Caller, counters::Counters};
 
 /// HTTP/2 flow control: bytes of requests in flight per stream, a piece of an upload.
 const STREAM_WINDOW: u32 = 1 << 20;
@@ -131,7 +131,7 @@ pub(crate) struct ListenerSettings {
     pub max_connections_per_address: u32,
     /// Calls in progress on one connection.
     pub max_streams: u32,
-    /// How long a new connection may take to say what it speaks.
+    /// How long a stranger's connection may be open.
     pub handshake: Duration,
     /// How long a connection may be open without a call in progress.
     pub idle: Duration,
@@ -168,10 +168,7 @@ pub(crate) async fn serve(listener: Listener, handler: Handler, settings: Listen
                     tracing::info!(%caller, "connected");
                 }
                 let (builder, handler, settings) = (builder.clone(), handler.clone(), settings.clone());
-                connections.spawn(async move {
-                    let _place = place;
-                    answer(line, &builder, handler, &settings).await;
-                });
+                connections.spawn(async move { answer(line, &place, &builder, handler, &settings).await });
             }
             Err(error) => {
                 // Out of file descriptors, most likely: a pause lets others close theirs.
@@ -224,8 +221,14 @@ fn builder(settings: &ListenerSettings) -> Builder<TokioExecutor> {
     builder
 }
 
-/// Answers the calls of a connection until it ends.
-async fn answer(line: Line, builder: &Builder<TokioExecutor>, handler: Handler, settings: &ListenerSettings) {
+/// Answers the calls of a connection until it ends, or its place goes to another.
+async fn answer(
+    line: Line,
+    place: &Place,
+    builder: &Builder<TokioExecutor>,
+    handler: Handler,
+    settings: &ListenerSettings,
+) {
     let caller = line.caller();
     match line {
         Line::Tcp(stream, _) => {
@@ -233,29 +236,31 @@ async fn answer(line: Line, builder: &Builder<TokioExecutor>, handler: Handler, 
                 tracing::debug!("the options of a connection cannot be set: {error}");
             }
             let speaks = tokio::select! {
-                spoke = timeout(settings.handshake, first_bytes(&stream)) => spoke.unwrap_or(false),
+                spoke = first_bytes(&stream) => spoke,
+                () = place.overstayed(settings.handshake) => false,
+                () = place.cut() => false,
                 () = settings.draining.cancelled() => false,
             };
             if speaks {
-                connection(stream, caller, builder, handler, settings).await;
+                connection(stream, caller, place, builder, handler, settings).await;
             }
         }
-        // One that stays silent is idle.
         #[cfg(unix)]
-        Line::Unix(stream) => connection(stream, caller, builder, handler, settings).await,
+        Line::Unix(stream) => connection(stream, caller, place, builder, handler, settings).await,
     }
 }
 
 async fn connection(
     stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
     caller: Caller,
+    place: &Place,
     builder: &Builder<TokioExecutor>,
     handler: Handler,
     settings: &ListenerSettings,
 ) {
-    let (activity, progress, cut) = (Activity::new(), Progress::new(&settings.counters), Cut::default());
+    let (activity, progress) = (Activity::new(), Progress::new(&settings.counters));
     let service = service_fn(|mut request: Request<Incoming>| {
-        request.extensions_mut().insert(cut.clone());
+        place.go_with(request.extensions_mut());
         request.extensions_mut().insert(caller);
         let (call, handler) = (activity.begin(), handler.clone());
         async move { handler.oneshot(request).await.map(|answer| answer.map(|body| call.answered(body))) }
@@ -264,13 +269,15 @@ async fn connection(
     tokio::pin!(connection);
     let ended = tokio::select! {
         ended = connection.as_mut() => ended,
-        () = cut.0.cancelled() => return,
-        () = asked_to_end(&activity, settings) => {
+        () = place.cut() => return,
+        () = asked_to_end(&activity, place, settings) => {
             // A call that begins as the peer is told is still answered.
             connection.as_mut().graceful_shutdown();
             tokio::select! {
                 ended = connection => ended,
+                () = place.cut() => return,
                 () = activity.idle(GOODBYE_TIME) => return,
+                () = stalled_stranger(&progress, place, settings) => return,
                 () = stalled_in_drain(&progress, settings) => {
                     tracing::debug!("a connection is cut: its peer takes nothing while the server drains");
                     return;
@@ -283,12 +290,20 @@ async fn connection(
     }
 }
 
-/// Waits until a connection has been idle for too long, or the server drains.
-async fn asked_to_end(activity: &Activity, settings: &ListenerSettings) {
+/// Waits until a connection has been idle for too long, its peer was a stranger for too long, or the server drains.
+async fn asked_to_end(activity: &Activity, place: &Place, settings: &ListenerSettings) {
     tokio::select! {
         () = activity.idle(settings.idle) => {}
+        () = place.overstayed(settings.handshake) => {}
         () = settings.draining.cancelled() => {}
     }
+}
+
+/// Waits until a stranger whose time is over takes nothing any more of what it asked for, such as the page.
+async fn stalled_stranger(progress: &Progress, place: &Place, settings: &ListenerSettings) {
+    place.overstayed(settings.handshake).await;
+    progress.stalled(GOODBYE_TIME).await;
+    place.strange().await;
 }
 
 /// Waits until the server drains and a connection writes nothing any more: its peer takes nothing, and would take the

@@ -42,8 +42,14 @@ impl Method {
     }
 
     /// Whether the caller has a code, and no token yet.
-    pub(super) fn opens_a_link(&self) -> bool {
+    fn opens_a_link(&self) -> bool {
         &*self.0 == OPEN_LINK
+    }
+
+    /// Whether those call it who have no token: whoever watches over the process asks whether it serves, and is answered with
+    /// one bit; and whoever opens a link wants the token.
+    pub(super) fn needs_no_token(&self) -> bool {
+        self.is_health_check() || self.opens_a_link()
     }
 
     /// Whether the request is a stream that need not arrive within the time of a message.
@@ -63,10 +69,10 @@ mod tests {
         let reflection = Method::new("/grpc.reflection.v1.ServerReflection/ServerReflectionInfo");
         assert!(reflection.is_reflection() && reflection.takes_a_stream() && !reflection.is_simulation());
         let get = Method::new("/nappe.v1.SimulationService/GetSession");
-        assert!(get.is_simulation() && !get.takes_a_stream() && !get.opens_a_link());
-        assert!(Method::new(OPEN_LINK).opens_a_link());
-        let health =
-            |method: &str| Method::new(&format!("/grpc.health.v1.Health/{method}")).is_health_check();
-        assert!(health("Check") && !health("Watch"));
+        assert!(get.is_simulation() && !get.takes_a_stream() && !get.needs_no_token());
+        assert!(Method::new(OPEN_LINK).needs_no_token());
+        let health = |method: &str| Method::new(&format!("/grpc.health.v1.Health/{method}"));
+        assert!(health("Check").is_health_check() && !health("Watch").is_health_check());
+        assert!(health("Check").needs_no_token() && !health("Watch").needs_no_token());
     }
 }

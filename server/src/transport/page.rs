@@ -22,8 +22,9 @@ use crate::error::{Reason, ServiceError};
 const PAGE: &str = include_str!("../../../viewer/web/dist/live.html");
 /// What stands before the policy in the page, and behind it.
 const POLICY: [&str; 2] = [r#"http-equiv="Content-Security-Policy" content=""#, r#"""#];
-/// Whose pages may frame this one: those of this machine. No browser takes an address of IPv6 here.
-const ANCESTORS: &str = "frame-ancestors http://localhost:* http://127.0.0.1:*";
+/// Whose pages may frame this one: its own. Another port of this machine may be of another user, whose page could have
+/// clicks meant for something else land here.
+const ANCESTORS: &str = "frame-ancestors 'self'";
 
 /// One form of the page.
 struct Form {

@@ -24,7 +24,7 @@ use super::{
     cors::{AllowedOrigins, cors_layer},
     door::Door,
     grpc::no_call,
-    guard::RequestGuard,
+    guard::{OPEN_BYTES, RequestGuard},
     host::AllowedHosts,
     interceptor::Interceptor,
     listener::Handler,
@@ -44,7 +44,7 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     let simulation = SimulationServiceServer::new(Methods::new(Arc::clone(shared)))
         .max_decoding_message_size(message_bytes);
     let health = HealthServer::new(HealthService::from_health_reporter(health.clone()))
-        .max_decoding_message_size(message_bytes);
+        .max_decoding_message_size(OPEN_BYTES as usize);
     let reflection_v1 = reflection().build_v1().expect("the descriptors were made by the build");
     let reflection_v1alpha = reflection().build_v1alpha().expect("the descriptors were made by the build");
     let routes = Routes::new(simulation)

@@ -23,9 +23,7 @@ impl Guard {
     /// Why a call may not come in, if so.
     pub(super) fn refusal(&self, headers: &HeaderMap, method: &Method) -> Option<ServiceError> {
         let token = self.0.as_ref()?;
-        // Whoever watches over the process asks whether it serves, and has no token. The answer is one bit. And whoever
-        // opens a link wants the token.
-        if method.is_health_check() || method.opens_a_link() {
+        if method.needs_no_token() {
             return None;
         }
 
@@ -37,6 +35,11 @@ impl Guard {
         // The time of the comparison tells nothing of where the two differ.
         let is_known = bool::from(token.reveal().as_bytes().ct_eq(shown));
         (!is_known).then(|| ServiceError::new(Reason::TokenWrong, "the token is not the one of this server"))
+    }
+
+    /// Whether a call of a method that is let in has shown the token.
+    pub(super) fn has_seen_it(&self, method: &Method) -> bool {
+        self.0.is_some() && !method.needs_no_token()
     }
 }
 
@@ -82,6 +85,8 @@ mod tests {
             "a code is shown for the token"
         );
         assert!(guard.refusal(&HeaderMap::new(), &link("MakeLink")).is_some());
+        assert!(guard.has_seen_it(&method) && !guard.has_seen_it(&check));
+        assert!(!guard.has_seen_it(&link("OpenLink")) && !Guard::new(None).has_seen_it(&method));
         assert!(Guard::new(None).refusal(&HeaderMap::new(), &method).is_none());
     }
 }

@@ -20,7 +20,7 @@ use crate::{
     output::{self, Format, OutputArgs},
     remote,
     ssh::{FarCommand, SshArgs},
-    web::Link,
+    web::{Link, LinkArgs},
 };
 
 /// Reach a server on another machine through ssh
@@ -50,6 +50,8 @@ pub(crate) struct ConnectArgs {
     /// Plays the other end, which ssh starts
     #[arg(long, hide = true)]
     far_end: bool,
+    #[command(flatten)]
+    link: LinkArgs,
     #[command(flatten)]
     output: OutputArgs,
     /// Arguments of `nappe serve`: with any, a server is started even if one runs
@@ -123,7 +125,7 @@ fn near_end(args: &ConnectArgs) -> Result<()> {
     })
 }
 
-/// Says where the server is, and a link that lets a browser in, once. A program makes a link when it wants one.
+/// Says where the server is, and a link that lets a browser in, once: on a terminal, or where it is asked for.
 async fn announce(args: &ConnectArgs, here: SocketAddr, answer: &Answer) -> Result<()> {
     let (url, machine) = (format!("http://{here}"), &args.ssh.destination);
     let Answer { address, version, started, token: _ } = answer;
@@ -133,7 +135,8 @@ async fn announce(args: &ConnectArgs, here: SocketAddr, answer: &Answer) -> Resu
         })),
         Format::Text => {
             let server = if *started { "was started and ends with this" } else { "ran already and goes on" };
-            let page = link(&url).await.unwrap_or_default();
+            let link = if args.link.is_wanted() { link(&url).await } else { None };
+            let page = link.unwrap_or_default();
             output::line(&format!(
                 "nappe {version} on {machine}: the server at {address} there {server}. In another terminal:\n\n  \
                  export NAPPE_SERVER={url}\n  nappe list\n\n{page}Ctrl-C ends the connection."

@@ -3,7 +3,7 @@
 use std::{convert::Infallible, ffi::OsString, time::Duration};
 
 use clap::Args;
-use nappe_server::{App, Config, Log, LogError};
+use nappe_server::{Address, App, Config, Log, LogError};
 use serde_json::json;
 use tokio::time::timeout;
 
@@ -12,6 +12,7 @@ use crate::{
     output::{self, Format, OutputArgs},
     remote,
     viewer::{self, Child, Form, Place, Viewer},
+    web::LinkArgs,
 };
 
 /// How long the viewer may take to leave.
@@ -28,7 +29,8 @@ Examples:
   nappe serve --rerun rerun+http://192.168.1.5:9876/proxy
 
 Callers show a token, which is drawn at each start and left where clients of the same user on this machine find it. The
-link that is printed lets a browser in, once and within 10 minutes; `nappe view --web` makes another.
+link that is printed on a terminal, or with --link, lets a browser in, once and within 10 minutes; `nappe view --web`
+makes another.
 
 With --json the first line is an object with `url`, `version` and `token_file`. The log goes to standard error.")]
 pub(crate) struct ServeArgs {
@@ -40,6 +42,8 @@ pub(crate) struct ServeArgs {
     /// What is logged, in the syntax of tracing: error, warn, info, debug, nappe_server=debug
     #[arg(long, env = "NAPPE_LOG", default_value = "info")]
     log: String,
+    #[command(flatten)]
+    link: LinkArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -64,7 +68,7 @@ pub(crate) fn run(args: &ServeArgs) -> Result<()> {
             Some(viewer) => Some(show_all(viewer, &app, args).await?),
             None => None,
         };
-        announce(&app, args.output.format())?;
+        announce(&app, args)?;
         let ended = tokio::select! {
             never = followed(child.as_mut()) => match never {},
             signal = remote::interrupted_by(signals) => signal,
@@ -96,11 +100,10 @@ async fn followed(child: Option<&mut Child>) -> Infallible {
     std::future::pending().await
 }
 
-/// Says where the server listens, where its token is, and a link that lets a browser in, once: the token itself is never
-/// printed. A program, whose output may go to a log, makes a link when it wants one.
-fn announce(app: &App, format: Format) -> Result<()> {
+/// Says where the server listens, where its token is, and how a browser comes in: the token itself is never printed.
+fn announce(app: &App, args: &ServeArgs) -> Result<()> {
     let (url, version, file) = (app.url(), env!("CARGO_PKG_VERSION"), app.token_path());
-    match format {
+    match args.output.format() {
         Format::Json => output::json(&json!({ "url": url, "version": version, "token_file": file })),
         Format::Text => {
             let token = match (file, app.token()) {
@@ -108,10 +111,21 @@ fn announce(app: &App, format: Format) -> Result<()> {
                 (None, Some(_)) => "clients show the token of the file that it was given".to_owned(),
                 (None, None) => "it asks for no token: whoever reaches the address may call".to_owned(),
             };
-            let link = app.page_link().map_err(CliError::failure)?;
-            let once = if app.token().is_some() { ", good once and for 10 minutes" } else { "" };
-            let page = link.map(|link| format!("\nin a browser{once}: {link}")).unwrap_or_default();
+            let page = page(app, args.link)?;
             output::line(&format!("nappe {version} serves on {url}; Ctrl-C ends it\n{token}{page}"))
         }
     }
+}
+
+/// What is said of the page for browsers, if there is one. A link that gives the token is not left in a log, which others
+/// may read.
+fn page(app: &App, link: LinkArgs) -> Result<String> {
+    if app.token().is_some() && !link.is_wanted() {
+        let is_served = matches!(app.address(), Address::Tcp(_));
+        let way = format!("\na link for a browser: nappe view --web --server {}", app.url());
+        return Ok(if is_served { way } else { String::new() });
+    }
+    let link = app.page_link().map_err(CliError::failure)?;
+    let once = if app.token().is_some() { ", good once and for 10 minutes" } else { "" };
+    Ok(link.map(|link| format!("\nin a browser{once}: {link}")).unwrap_or_default())
 }

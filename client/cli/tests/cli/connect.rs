@@ -181,7 +181,7 @@ fn a_server_that_runs_is_found_and_goes_on() {
 fn a_link_to_a_server_elsewhere_opens_from_here() {
     let Some(sshd) = Sshd::start() else { return };
     let mut connecting = command();
-    connecting.args(sshd.options(&sshd.folder.path().join("known"))).args(["--far-port", "1"]);
+    connecting.args(sshd.options(&sshd.folder.path().join("known"))).args(["--far-port", "1", "--link"]);
     let mut process = connecting.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it starts");
     let lines = Lines::of(process.stdout.take().expect("a pipe"));
     lines.with("In a browser, good once");

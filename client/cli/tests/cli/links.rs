@@ -1,4 +1,4 @@
-//! Links to the page as users meet them: printed by `serve`, `connect` and `view --web`, and good once.
+//! Links to the page as users meet them: printed by `serve`, `connect` and `view --web`, good once, and in no log unasked.
 
 use std::{
     fs,
@@ -7,7 +7,7 @@ use std::{
     process::Stdio,
 };
 
-use crate::support::{Lines, PATIENCE, Server, command, end_by, folder, nappe};
+use crate::support::{Lines, PATIENCE, Server, command, end_by, folder, nappe, until};
 
 /// What a server answers to a request of HTTP/1.1, given without its line ends.
 fn answer(server: &str, head: &str, body: &[u8]) -> String {
@@ -98,7 +98,7 @@ fn a_link_needs_a_session_that_is_there_and_goes_with_nothing_of_rerun() {
 fn a_browser_is_started_where_that_is_asked_for_and_nowhere_else() {
     use std::process::Command;
 
-    use crate::support::{run_to_end, until};
+    use crate::support::run_to_end;
 
     let server = Server::start();
     let here = folder();
@@ -131,9 +131,9 @@ fn a_browser_is_started_where_that_is_asked_for_and_nowhere_else() {
 }
 
 #[test]
-fn serve_prints_a_link_for_people_and_none_for_programs() {
+fn serve_prints_a_link_where_it_is_asked_for_and_the_address_where_no_token_is() {
     let mut serve = command();
-    serve.args(["serve", "--address", "127.0.0.1:0"]).stdout(Stdio::piped()).stderr(Stdio::null());
+    serve.args(["serve", "--address", "127.0.0.1:0", "--link"]).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut process = serve.spawn().expect("the server starts");
     let lines = Lines::of(process.stdout.take().expect("a pipe"));
     let line = lines.with("in a browser");
@@ -156,12 +156,35 @@ fn serve_prints_a_link_for_people_and_none_for_programs() {
 }
 
 #[test]
+fn no_link_stands_in_a_file_or_a_pipe_unasked_and_the_way_to_one_does() {
+    let here = folder();
+    let log = here.path().join("serve.log");
+    let mut serve = command();
+    serve.args(["serve", "--address", "127.0.0.1:0"]).stderr(Stdio::null());
+    let mut process =
+        serve.stdout(fs::File::create(&log).expect("a file")).spawn().expect("the server starts");
+    let said = || fs::read_to_string(&log).expect("a text");
+    until("it says how a browser comes in", || {
+        said().contains("a link for a browser: ") && said().ends_with('\n')
+    });
+    let said = said();
+    assert!(!said.contains('#'), "{said}");
+    let way = said.lines().last().and_then(|line| line.split_once("nappe ")).expect("a command").1;
+    let made = nappe(&way.split(' ').collect::<Vec<_>>()).ok();
+    assert!(opened(made.stdout.trim()).contains("grpc-status:0"), "{way}: {made:?}");
+    end_by(&mut process, "TERM");
+
+    let done = nappe(&["serve", "--address", "127.0.0.1:0", "--link", "--json"]);
+    assert_eq!((done.code, done.stdout.as_str()), (Some(2), ""), "{done:?}");
+}
+
+#[test]
 #[cfg(unix)]
 fn a_server_on_a_unix_socket_prints_no_link() {
     let here = folder();
     let address = format!("unix:{}", here.path().join("nappe.sock").display());
     let mut serve = command();
-    serve.args(["serve", "--address", &address]).stdout(Stdio::piped()).stderr(Stdio::null());
+    serve.args(["serve", "--address", &address, "--link"]).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut process = serve.spawn().expect("the server starts");
     let lines = Lines::of(process.stdout.take().expect("a pipe"));
     lines.with("serves on");
