@@ -19,7 +19,6 @@ use crate::{
     address::Address,
     config::Config,
     rpc::{Shared, UploadTimes},
-    session::Registry,
     start_error::{LEAST_RANK_SILENCE, MAX_SECONDS, StartError},
     token_keeper,
     transport::{Listener, ListenerSettings, router, serve},
@@ -29,7 +28,7 @@ use crate::{
 /// Name of the service in health checks.
 const SERVICE: &str = "nappe.v1.SimulationService";
 
-/// Time between two looks for sessions that nobody uses.
+/// Time between two looks for sessions that nobody uses, and for refusals that were counted.
 const LOOK_INTERVAL: Duration = Duration::from_millis(500);
 
 /// A running server. Dropping it begins a shutdown without waiting for it.
@@ -86,8 +85,16 @@ impl App {
                 serve(listener, handler, settings).await;
             }
         });
-        runtime.spawn(end_unused(Arc::clone(&shared.registry), draining.clone()));
+        runtime.spawn(look(Arc::clone(&shared), draining.clone()));
         runtime.spawn(trim::keep(Arc::clone(&shared.memory), draining.clone()));
+        tracing::info!(
+            version = env!("CARGO_PKG_VERSION"),
+            %address,
+            memory = shared.memory.limit(),
+            launcher = config.ranks.launcher,
+            limits = ?config.limits,
+            "started"
+        );
         let server = Some(server);
         Ok(Self { address, shared, draining, server, health, token, token_path, token_keeper })
     }
@@ -155,6 +162,7 @@ impl App {
             }
         };
         tokio::join!(connections, self.shared.registry.end_all(patience));
+        self.shared.refusals.tell_rest();
         if let Some(keeper) = self.token_keeper.take() {
             // It ends with the drain; a panic in it was told where it happened.
             let _ = keeper.await;
@@ -169,12 +177,15 @@ impl App {
     }
 }
 
-/// Looks now and then for sessions that nobody uses.
-async fn end_unused(registry: Arc<Registry>, draining: CancellationToken) {
+/// Looks now and then for sessions that nobody uses, and for refusals that the log is to be told of.
+async fn look(shared: Arc<Shared>, draining: CancellationToken) {
     let mut times = tokio::time::interval(LOOK_INTERVAL);
     loop {
         tokio::select! {
-            _ = times.tick() => registry.end_unused(),
+            _ = times.tick() => {
+                shared.registry.end_unused();
+                shared.refusals.tell_due(Instant::now());
+            }
             () = draining.cancelled() => return,
         }
     }

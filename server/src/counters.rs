@@ -13,8 +13,6 @@ pub(crate) struct Counters {
     pub steps: Counter,
     /// Sessions that failed.
     pub failures: Counter,
-    /// Requests that did not come in: wrong token, host or origin.
-    pub refused: Counter,
     /// Bytes written to connections.
     pub sent_bytes: Counter,
 }

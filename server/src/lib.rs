@@ -17,6 +17,7 @@ mod runtime;
 mod error;
 mod memory;
 mod counters;
+mod refusals;
 mod secret;
 mod links;
 mod trim;

@@ -4,85 +4,24 @@
 #![allow(clippy::print_stdout, reason = "a machine without a network is told of")]
 
 mod support;
+mod logged;
 
 use std::{
-    fs::{self, File},
     io::{Read, Write},
     net::{IpAddr, SocketAddr, TcpStream, UdpSocket},
     os::unix::net::UnixStream,
-    path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
+    process::{Command, Stdio},
+    time::Instant,
 };
 
-use nappe_proto::v1::{CreateSessionRequest, DeleteSessionRequest, create_session_request::Scene};
-use prost::Message;
+use logged::{Server, call, line_with, temporary, terminate};
+use nappe_proto::v1::{
+    CreateSessionRequest, DeleteSessionRequest, GetSessionRequest, create_session_request::Scene,
+};
 use support::first_line;
 
-/// A server that logs to a file.
-struct Server {
-    process: Child,
-    log: PathBuf,
-    /// What it said of its address: host and port, or the path of its socket.
-    address: String,
-}
-
-impl Server {
-    fn start(name: &str, arguments: &[&str]) -> Self {
-        let log = temporary(&format!("{name}.log"));
-        let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
-        command.args(arguments).stdout(Stdio::piped()).stderr(File::create(&log).expect("made"));
-        let mut process = command.spawn().expect("it starts");
-        let line = first_line(process.stdout.take().expect("its output"));
-        let address = line.trim().rsplit(' ').next().expect("an address").to_owned();
-        let address = address.trim_start_matches("http://").trim_start_matches("unix:").to_owned();
-        Self { process, log, address }
-    }
-
-    fn connect(&self) -> TcpStream {
-        TcpStream::connect(&self.address).expect("it listens")
-    }
-
-    /// Its log, after it has ended.
-    fn log(mut self) -> String {
-        terminate(&self.process);
-        assert!(self.process.wait().expect("it ends").success());
-        let log = fs::read_to_string(&self.log).expect("a text");
-        fs::remove_file(&self.log).expect("removed");
-        log
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-fn temporary(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{name}", std::process::id()))
-}
-
-fn terminate(process: &Child) {
-    let sent = Command::new("kill").args(["-TERM", &process.id().to_string()]).status();
-    assert!(sent.expect("kill runs").success());
-}
-
-/// Makes a call of gRPC-Web on a line of its own, and returns the head of the answer.
-fn call(mut line: impl Read + Write, method: &str, headers: &str, message: &impl Message) -> String {
-    let message = message.encode_to_vec();
-    let head = format!(
-        "POST /nappe.v1.SimulationService/{method} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
-         Content-Type: application/grpc-web+proto\r\nContent-Length: {}\r\n{headers}\r\n",
-        message.len() + 5
-    );
-    let length = (message.len() as u32).to_be_bytes();
-    line.write_all(&[head.as_bytes(), &[0], &length, &message].concat()).expect("sent");
-    let mut answer = Vec::new();
-    line.read_to_end(&mut answer).expect("answered");
-    let answer = String::from_utf8_lossy(&answer).into_owned();
-    answer.split("\r\n\r\n").next().unwrap_or_default().to_owned()
+fn connect(server: &Server) -> TcpStream {
+    TcpStream::connect(&server.address).expect("it listens")
 }
 
 fn create(line: impl Read + Write, id: &str) {
@@ -97,20 +36,13 @@ fn create(line: impl Read + Write, id: &str) {
     assert!(head.starts_with("HTTP/1.1 200") && !head.contains("\r\ngrpc-status:"), "{head}");
 }
 
-/// The line of a log that has all of these words.
-#[track_caller]
-fn line_with<'a>(log: &'a str, words: &[&str]) -> &'a str {
-    let has_all = |line: &&str| words.iter().all(|word| line.contains(word));
-    log.lines().find(has_all).unwrap_or_else(|| panic!("no line with {words:?} in {log}"))
-}
-
 #[test]
 fn sessions_that_are_made_and_deleted_are_logged_with_the_address_of_who_did_it() {
     let server = Server::start("sessions", &["--address", "127.0.0.1:0", "--no-token"]);
-    let line = server.connect();
+    let line = connect(&server);
     let maker = line.local_addr().expect("an address").to_string();
     create(line, "first");
-    let line = server.connect();
+    let line = connect(&server);
     let deleter = line.local_addr().expect("an address").to_string();
     let request = DeleteSessionRequest { session_id: "first".to_owned(), ..DeleteSessionRequest::default() };
     call(line, "DeleteSession", "", &request);
@@ -125,7 +57,7 @@ fn sessions_that_are_made_and_deleted_are_logged_with_the_address_of_who_did_it(
 #[test]
 fn a_caller_that_is_refused_is_logged_without_what_it_showed() {
     let server = Server::start("refused", &["--address", "127.0.0.1:0"]);
-    let line = server.connect();
+    let line = connect(&server);
     let caller = line.local_addr().expect("an address").to_string();
     let request = DeleteSessionRequest::default();
     let head = call(line, "DeleteSession", "Authorization: Bearer 0123456789abcdef\r\n", &request);
@@ -182,4 +114,22 @@ fn a_pipe_has_no_colours_either() {
     let log = String::from_utf8(server.wait_with_output().expect("it ends").stderr).expect("a text");
     line_with(&log, &[" INFO ", "created", "first"]);
     assert!(!log.contains('\u{1b}'), "{log:?}");
+}
+
+#[test]
+fn who_is_refused_again_and_again_has_a_line_a_second_and_no_call_is_lost() {
+    const CALLS: u64 = 200;
+    let begin = Instant::now();
+    let server = Server::start("again", &["--address", "127.0.0.1:0", "--no-token"]);
+    for _ in 0..CALLS {
+        call(connect(&server), "GetSession", "", &GetSessionRequest::of("nobody"));
+    }
+    let log = server.log();
+    let lines: Vec<&str> = log.lines().filter(|line| line.contains("SESSION_NOT_FOUND")).collect();
+    let count = |line: &str| {
+        line.rsplit_once("count=").map_or(1, |(_, count)| count.trim().parse::<u64>().expect("a number"))
+    };
+    assert_eq!(lines.iter().map(|line| count(line)).sum::<u64>(), CALLS, "{log}");
+    // The first, one for each second, and the rest at the end.
+    assert!(lines.len() as u64 <= begin.elapsed().as_secs() + 2, "{log}");
 }

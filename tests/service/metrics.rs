@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, net::SocketAddr};
 
 use nappe_proto::v1::{self, SessionState};
-use nappe_server::{App, Config};
+use nappe_server::{App, Config, Reason};
 
 use crate::{
     cloth_scenes::sheet,
@@ -152,7 +152,12 @@ async fn metrics_are_for_those_who_show_the_token_and_for_nobody_else() {
     let shown = format!("Authorization: Bearer {token}\r\n");
     let page = get(server, &shown).await;
     assert_eq!(page.status, 200);
-    assert_eq!(Page::read(page.text()).number("nappe_refused_requests_total"), 2);
+    let page = Page::read(page.text());
+    let refused = |reason: Reason| {
+        page.number(&format!("nappe_refused_requests_total{{reason=\"{}\"}}", reason.name()))
+    };
+    assert_eq!([Reason::TokenMissing, Reason::TokenWrong].map(refused), [1, 1]);
+    assert_eq!(Reason::ALL.iter().map(|reason| refused(*reason)).sum::<u64>(), 2);
     let stranger = get(server, &format!("{shown}Origin: https://other.example\r\n")).await;
     assert_eq!(stranger.status, 403);
     assert!(stranger.text().starts_with("ORIGIN_NOT_ALLOWED"), "{}", stranger.text());

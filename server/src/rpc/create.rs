@@ -15,6 +15,9 @@ use crate::{
     session::{self, RankCounts, Resources, Session, SessionOptions, start},
 };
 
+/// Characters of a session's title that the log shows.
+const TITLE_CHARS: usize = 80;
+
 /// Makes the session of a request, or returns the one that the same request made before.
 ///
 /// # Errors
@@ -88,7 +91,7 @@ async fn make(
     let (session, warnings) = start(options, resources(shared), place, memory).await?;
 
     let session = Arc::new(session);
-    tracing::info!(session = session.id(), %caller, "created");
+    tell_made(&session, None, caller);
     reservation.fill(Arc::clone(&session));
     Ok((session, warnings))
 }
@@ -114,9 +117,27 @@ pub(super) async fn fork(
     let session = session::fork(&original, id, request.step_limit, resources(shared), place, memory).await?;
 
     let session = Arc::new(session);
-    tracing::info!(session = session.id(), original = original.id(), %caller, "forked");
+    tell_made(&session, Some(original.id()), caller);
     reservation.fill(Arc::clone(&session));
     Ok(session.describe())
+}
+
+/// Tells the log of a session that was made, from another one if it is a fork.
+fn tell_made(session: &Session, original: Option<&str>, caller: Caller) {
+    let v1::Session { title, particle_count, ranks, .. } = session.describe();
+    let title: String = title.chars().take(TITLE_CHARS).collect();
+    let ranks = ranks.map_or(0, |ranks| ranks.rank_count);
+    tracing::info!(
+        session = session.id(),
+        original,
+        %caller,
+        particles = particle_count,
+        bytes = session.claimed_bytes(),
+        ranks,
+        title,
+        "{}",
+        if original.is_some() { "forked" } else { "created" }
+    );
 }
 
 fn resources(shared: &Shared) -> Resources {

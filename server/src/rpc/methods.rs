@@ -19,6 +19,7 @@ use super::{
 use crate::{
     caller::Caller,
     error::{Reason, ServiceError},
+    refusals::Call,
     session::Accepted,
     stream::{self, Cut, Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
 };
@@ -51,7 +52,8 @@ impl Methods {
         &self,
         request: Request<v1::WatchFramesRequest>,
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
-        let (cut, request) = (cut(&request), request.into_inner());
+        let (cut, call) = (cut(&request), Call::of(request.extensions()));
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let wanted = validate::wanted(&request, session.snow_cell(), &self.shared.config.limits)?;
         let delivery = validate::frame_delivery(&request)?;
@@ -66,12 +68,18 @@ impl Methods {
         let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
         let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
         let draining = self.shared.draining.clone();
-        let seat = Seat::new(slot, Some(wish));
+        let seat = Seat::new(slot, Some(wish), call);
         Ok(watch(Arc::clone(feed), Frames(wanted), delivery, opening, seat, cut, draining))
     }
 }
 
 type Answer<T> = Result<Response<T>, Status>;
+
+/// The message of a call, which is about the session of an id: the log names it if the call is refused.
+fn about<M>(request: Request<M>, id: impl FnOnce(&M) -> &str) -> M {
+    Call::of(request.extensions()).note_session(id(request.get_ref()));
+    request.into_inner()
+}
 
 /// The connection of a call.
 fn cut<T>(request: &Request<T>) -> Cut {
@@ -144,7 +152,7 @@ impl SimulationService for Methods {
         request: Request<v1::CreateSessionRequest>,
     ) -> Answer<v1::CreateSessionResponse> {
         let caller = Caller::of(request.extensions());
-        let made = create::create(&self.shared, request.into_inner(), caller).await;
+        let made = create::create(&self.shared, about(request, |asked| &asked.session_id), caller).await;
         Ok(Response::new(self.shared.answered(made)?))
     }
 
@@ -153,12 +161,12 @@ impl SimulationService for Methods {
         request: Request<v1::ForkSessionRequest>,
     ) -> Answer<v1::ForkSessionResponse> {
         let caller = Caller::of(request.extensions());
-        let forked = create::fork(&self.shared, request.into_inner(), caller).await;
+        let forked = create::fork(&self.shared, about(request, |asked| &asked.session_id), caller).await;
         Ok(Response::new(v1::ForkSessionResponse { session: Some(self.shared.answered(forked)?) }))
     }
 
     async fn get_session(&self, request: Request<v1::GetSessionRequest>) -> Answer<v1::GetSessionResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         Ok(Response::new(v1::GetSessionResponse { session: Some(session.describe()) }))
     }
@@ -182,7 +190,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::DeleteSessionRequest>,
     ) -> Answer<v1::DeleteSessionResponse> {
-        let (caller, request) = (Caller::of(request.extensions()), request.into_inner());
+        let caller = Caller::of(request.extensions());
+        let request = about(request, |asked| &asked.session_id);
         validate::session_id(&request.session_id)?;
         let session = self.shared.registry.remove(&request.session_id, &request.session_uid)?;
         tracing::info!(session = session.id(), %caller, "deleted");
@@ -195,7 +204,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::PlaySessionRequest>,
     ) -> Answer<v1::PlaySessionResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let real_time_factor = validate::real_time_factor(request.real_time_factor)?;
         let session = self.shared.answered(session.play(real_time_factor))?;
@@ -206,7 +215,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::PauseSessionRequest>,
     ) -> Answer<v1::PauseSessionResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let paused = session.pause(request.wait.into()).await;
         let (session, effective_step) = self.shared.answered(paused)?;
@@ -217,7 +226,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::StepSessionRequest>,
     ) -> Answer<v1::StepSessionResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let steps = validate::steps(&request, session.step_count(), &self.shared.config.limits)?;
         let changes = match &request.changes {
@@ -234,7 +243,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::StopSessionRequest>,
     ) -> Answer<v1::StopSessionResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let stopped = session.stop().await;
         Ok(Response::new(v1::StopSessionResponse { session: Some(self.shared.answered(stopped)?) }))
@@ -244,7 +253,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::UpdateParametersRequest>,
     ) -> Answer<v1::UpdateParametersResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let (at_step, when) = (request.at_step, request.wait.into());
         let changes = changes(&changes::of_update(request), "", &self.shared.config.limits, &self.placed())?;
@@ -256,7 +265,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::ResetSessionRequest>,
     ) -> Answer<v1::ResetSessionResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let reset = session.reset().await;
         let Accepted { step, order } = self.shared.answered(reset)?;
@@ -267,7 +276,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::ListPendingChangesRequest>,
     ) -> Answer<v1::ListPendingChangesResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let count = validate::page_size(request.page_size)?;
         let after = pending::page_token(&request.page_token)?;
@@ -279,7 +288,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::DropPendingChangesRequest>,
     ) -> Answer<v1::DropPendingChangesResponse> {
-        let request = request.into_inner();
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let orders = (!request.orders.is_empty()).then_some(request.orders.as_slice());
         Ok(Response::new(v1::DropPendingChangesResponse { dropped_count: session.drop_changes(orders) }))
@@ -301,7 +310,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::WatchDiagnosticsRequest>,
     ) -> Answer<Self::WatchDiagnosticsStream> {
-        let (cut, request) = (cut(&request), request.into_inner());
+        let (cut, call) = (cut(&request), Call::of(request.extensions()));
+        let request = about(request, |asked| &asked.session_id);
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
 
         let v1::WatchDiagnosticsRequest { delivery, from_frame, max_rate_hz, .. } = request;
@@ -316,7 +326,7 @@ impl SimulationService for Methods {
             DiagnosticsOnly,
             delivery,
             Vec::new(),
-            Seat::new(slot, None),
+            Seat::new(slot, None, call),
             cut,
             self.shared.draining.clone(),
         )))
@@ -337,11 +347,9 @@ impl SimulationService for Methods {
     async fn open_link(&self, request: Request<v1::OpenLinkRequest>) -> Answer<v1::OpenLinkResponse> {
         let (caller, links) = (Caller::of(request.extensions()), &self.shared.links);
         if !links.open(&request.into_inner().code, Instant::now()) {
-            let reason = Reason::LinkNotFound;
-            tracing::info!(%caller, reason = reason.name(), "refused");
             let message =
                 "no link has this code: it was opened before, is too old, or gave way to newer ones";
-            return Err(ServiceError::new(reason, message).into());
+            return Err(ServiceError::new(Reason::LinkNotFound, message).into());
         }
         tracing::info!(%caller, "link opened");
         let token = links.token().map_or_else(String::new, |token| token.reveal().to_owned());

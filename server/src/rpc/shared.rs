@@ -14,6 +14,7 @@ use crate::{
     error::{Reason, ServiceError},
     links::Links,
     memory::MemoryAccount,
+    refusals::Refusals,
     scenes::MeshStore,
     session::{Registry, Session},
     stream::Streams,
@@ -35,6 +36,7 @@ pub(crate) struct Shared {
     pub uploads: Arc<Semaphore>,
     pub unary_uploads: Arc<UnaryUploads>,
     pub counters: Arc<Counters>,
+    pub refusals: Arc<Refusals>,
     pub links: Links,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
@@ -54,6 +56,7 @@ impl Shared {
             uploads: Arc::new(Semaphore::new(limits.max_uploads as usize)),
             unary_uploads: Arc::new(UnaryUploads::default()),
             counters: Arc::default(),
+            refusals: Arc::default(),
             links: Links::new(token, config.link_time),
             draining,
             config,

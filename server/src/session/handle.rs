@@ -131,7 +131,7 @@ impl Session {
     }
 
     /// Memory of the server that is counted for it (bytes).
-    pub(super) fn claimed_bytes(&self) -> u64 {
+    pub(crate) fn claimed_bytes(&self) -> u64 {
         self.status.properties.claimed_bytes
     }
 

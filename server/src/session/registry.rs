@@ -115,6 +115,7 @@ impl Registry {
     /// the step in progress, however long that takes.
     pub(crate) async fn end_all(&self, patience: Duration) {
         for session in std::mem::take(&mut *self.lock()).into_values().flatten() {
+            tracing::info!(session = session.id(), "deleted, since the server ends");
             session.end();
         }
         if tokio::time::timeout(patience, self.places.emptied()).await.is_err() {

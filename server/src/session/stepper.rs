@@ -259,6 +259,7 @@ impl Stepper {
 
         // Told before the streams end, so that who sees the end has seen the change of state.
         self.control.finished(self.simulator.hash_if_intact());
+        tracing::info!(session = self.id(), step = self.step_count(), "finished");
         let head = &self.status().feed.newest().frame.head;
         self.status().feed.end(Ending::Finished(v1::SessionEnd {
             frame: head.frame,
@@ -270,7 +271,7 @@ impl Stepper {
 
     /// Ends the session with an error that arose in step `step`.
     fn fail(&mut self, error: ServiceError, step: u64, particle: Option<u64>, value: Option<f64>) {
-        tracing::warn!(session = self.id(), step, "{error}");
+        tracing::warn!(session = self.id(), step, reason = error.reason.name(), "failed: {}", error.message);
         let time_seconds = self.simulator.simulation.time();
         let point = FailurePoint { step, time_seconds, particle, value };
         // Snow that failed may stand between two of its steps.
@@ -282,7 +283,13 @@ impl Stepper {
     fn panicked(&mut self, payload: &(dyn Any + Send)) {
         let progress = self.status().progress();
         let failed = SessionFailure::panicked(self.id(), payload, &progress);
-        tracing::error!(session = self.id(), step = progress.step, "{}", failed.error.message);
+        let ServiceError { reason, message, .. } = &failed.error;
+        tracing::error!(
+            session = self.id(),
+            step = progress.step,
+            reason = reason.name(),
+            "failed: {message}"
+        );
         self.simulator.is_torn = true;
         self.note_failure(failed);
         self.completing.clear();

@@ -24,6 +24,7 @@ mod slot;
 mod transit;
 mod delivery;
 mod watch_stream;
+mod leave;
 mod watcher;
 mod frame_body;
 

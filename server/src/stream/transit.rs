@@ -11,6 +11,7 @@ use tokio::{sync::watch, time::timeout};
 use tokio_util::sync::CancellationToken;
 
 use super::memory::{Counted, Excused, FrameMemory};
+use crate::refusals::Call;
 
 /// The connection of a call, which can be cut.
 #[derive(Clone, Debug, Default)]
@@ -52,16 +53,18 @@ impl Transit {
         Bytes::from_owner(Piece { bytes, transit: Arc::clone(self), _counted: counted })
     }
 
-    /// The watcher ended: waits until all is sent, and cuts the connection if that takes longer than `time`, or if
-    /// more than `allowed` bytes would be excused.
-    pub(super) async fn end(&self, cut: &Cut, allowed: u64, time: Duration) {
+    /// The watcher of a call ended: waits until all is sent, and cuts the connection if that takes longer than `time`,
+    /// or if more than `allowed` bytes would be excused.
+    pub(super) async fn end(&self, call: &Call, cut: &Cut, allowed: u64, time: Duration) {
         let mut bytes = self.bytes.subscribe();
         let left = *bytes.borrow_and_update();
         let excused = Excused::new(&self.memory, left, allowed);
         // The sender lives as long as `self`: only the time can end the wait early.
         let is_sent = excused.is_some() && timeout(time, bytes.wait_for(|bytes| *bytes == 0)).await.is_ok();
         if !is_sent {
-            tracing::info!(bytes = left, "a connection is cut: its peer does not take what a watcher left");
+            let (session, caller) = (call.session(), call.caller());
+            let why = "its peer does not take what a watcher left";
+            tracing::info!(session, %caller, bytes = left, "a connection is cut: {why}");
             cut.0.cancel();
         }
     }
@@ -93,8 +96,8 @@ mod tests {
         let (array, head) = (transit.lend(frame.clone()), transit.give(Bytes::from_static(&[2; 400])));
         assert_eq!((array.as_ptr(), memory.held()), (frame.as_ptr(), 1000));
 
-        let cut = Cut::default();
-        let end = transit.end(&cut, 1000, SHORT * 2000);
+        let (call, cut) = (Call::default(), Cut::default());
+        let end = transit.end(&call, &cut, 1000, SHORT * 2000);
         let take = async {
             tokio::task::yield_now().await;
             assert_eq!(memory.held(), 0, "the watcher has ended");
@@ -107,7 +110,7 @@ mod tests {
         let piece = transit.lend(frame);
         for (allowed, time) in [(1000, SHORT), (599, SHORT * 2000)] {
             let cut = Cut::default();
-            transit.end(&cut, allowed, time).await;
+            transit.end(&call, &cut, allowed, time).await;
             assert!(cut.0.is_cancelled());
         }
         drop(piece);

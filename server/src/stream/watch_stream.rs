@@ -13,6 +13,7 @@ use tokio_stream::Stream;
 use tonic::Status;
 
 use super::{demand::Wish, slot::Receiver, transit::Transit};
+use crate::refusals::Call;
 
 /// The reader's end of a watcher; the last item is the status that broke the stream, if one did.
 #[derive(Debug)]
@@ -39,17 +40,19 @@ enum Told {
     Status,
 }
 
-/// A place among a session's watchers, and what the watcher wants of frames: none for one that wants no fields.
+/// A place among a session's watchers, the call that has it, and what the watcher wants of frames: none for one that wants no
+/// fields.
 #[derive(Debug)]
 pub(crate) struct Seat {
     // Dropped in this order: who is no longer counted wants nothing any more.
     _wish: Option<Wish>,
     _slot: OwnedSemaphorePermit,
+    pub(super) call: Call,
 }
 
 impl Seat {
-    pub(crate) fn new(slot: OwnedSemaphorePermit, wish: Option<Wish>) -> Self {
-        Self { _wish: wish, _slot: slot }
+    pub(crate) fn new(slot: OwnedSemaphorePermit, wish: Option<Wish>, call: Call) -> Self {
+        Self { _wish: wish, _slot: slot, call }
     }
 }
 

@@ -19,6 +19,7 @@ use super::{
     fields::FieldSet,
     frame::EncodedFrame,
     history::Lookup,
+    leave::Leave,
     slot::{Closed, Sender, slot},
     stream_kind::StreamKind,
     transit::{Cut, Transit},
@@ -28,14 +29,6 @@ use crate::error::{Reason, ServiceError};
 
 /// A watcher without frames for this long is told how far the session is.
 const QUIET: Duration = Duration::from_secs(5);
-
-/// Why a watcher's task ends.
-enum Leave {
-    /// The reader is gone, or the session finished.
-    Quietly,
-    /// The stream breaks.
-    With(ServiceError),
-}
 
 /// Starts a watcher on a connection that may be `cut`: first the messages of `opening`, then how the session stands,
 /// then frames as `delivery` says.
@@ -70,14 +63,15 @@ pub(crate) fn watch<S: StreamKind>(
     };
     // Before the call is answered: from then on frames are kept, whenever the task comes to run.
     let need = watcher.need(delivery);
+    let call = seat.call.clone();
     tokio::spawn(async move {
         let leave = tokio::select! {
             biased;
-            () = draining.cancelled() => Leave::With(ServiceError::draining()),
+            () = draining.cancelled() => Leave::WithOthers(ServiceError::draining()),
             () = sender.closed() => Leave::Quietly,
             Err(leave) = watcher.run(opening, delivery, need) => leave,
         };
-        if let Leave::With(error) = leave {
+        if let Some(error) = leave.error(&call) {
             if error.reason == Reason::WatcherStalled {
                 // Nobody fetches it, and it holds a frame.
                 sender.take_back();
@@ -87,7 +81,7 @@ pub(crate) fn watch<S: StreamKind>(
             assert!(told.is_ok(), "one task sets it once");
         }
         drop((watcher, sender, seat));
-        transit.end(&cut, streams.max_held_bytes, streams.stall).await;
+        transit.end(&call, &cut, streams.max_held_bytes, streams.stall).await;
     });
     stream
 }
@@ -228,7 +222,7 @@ impl<S: StreamKind> Watcher<S> {
                         need.advance(next);
                     }
                 }
-                Lookup::Expired { oldest } => return Err(Leave::With(too_slow(next, oldest))),
+                Lookup::Expired { oldest } => return Err(Leave::too_slow(next, oldest)),
                 Lookup::NotYet => {
                     if let Some(ending) = ending {
                         return self.finish_every(&ending, next).await;
@@ -257,7 +251,7 @@ impl<S: StreamKind> Watcher<S> {
 
     async fn finish(&mut self, ending: &Ending) -> Result<(), Leave> {
         match ending {
-            Ending::Broken(error) => Err(Leave::With(error.clone())),
+            Ending::Broken(error) => Err(Leave::WithOthers(error.clone())),
             Ending::Finished(end) => {
                 self.send(self.kind.end(*end)).await?;
                 Err(Leave::Quietly)
@@ -329,8 +323,8 @@ impl<S: StreamKind> Watcher<S> {
             // Who has fetched has not stalled, however late we look.
             biased;
             room = self.sender.room() => room.map_err(|Closed| Leave::Quietly),
-            () = sleep(streams.stall) => Err(Leave::With(stalled(streams.stall))),
-            () = self.give_way.cancelled() => Err(Leave::With(gave_way(streams.max_held_bytes))),
+            () = sleep(streams.stall) => Err(Leave::stalled(streams.stall)),
+            () = self.give_way.cancelled() => Err(Leave::gave_way(streams.max_held_bytes)),
         }
     }
 
@@ -343,7 +337,7 @@ impl<S: StreamKind> Watcher<S> {
             sent = self.send(message) => sent,
             newest = newest.wait_for(|newest| newest.oldest > current + 1) => {
                 let oldest = newest.map_or(current, |newest| newest.oldest);
-                Err(Leave::With(too_slow(current, oldest)))
+                Err(Leave::too_slow(current, oldest))
             }
         }
     }
@@ -378,22 +372,4 @@ fn is_news(newest: &Newest, sent: Option<u64>, wanted: FieldSet) -> bool {
 /// A feed lives as long as its watchers: its end would only mean that nothing more comes.
 fn gone<T, E>(outcome: Result<T, E>) -> Result<(), Leave> {
     outcome.map(|_| ()).map_err(|_closed| Leave::Quietly)
-}
-
-fn too_slow(next: u64, oldest: u64) -> ServiceError {
-    let message = format!("frame {next} was due, but the oldest that the session keeps is {oldest}");
-    ServiceError::new(Reason::WatcherTooSlow, message).with("next_frame", next).with("oldest_frame", oldest)
-}
-
-fn stalled(stall: Duration) -> ServiceError {
-    let seconds = stall.as_secs_f64();
-    let message = format!("the watcher fetched nothing for {seconds} s while a message waited");
-    ServiceError::new(Reason::WatcherStalled, message).with("seconds", seconds)
-}
-
-fn gave_way(allowed: u64) -> ServiceError {
-    let message = format!(
-        "watchers that do not read hold more than {allowed} bytes of frames, and this one has waited longest"
-    );
-    ServiceError::new(Reason::WatcherStalled, message).with("allowed", allowed)
 }

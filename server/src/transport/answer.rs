@@ -12,15 +12,20 @@ use http::HeaderMap;
 use hyper::body::{Body as HttpBody, Frame, SizeHint};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 use tonic::{Code, Status, body::Body};
+use tonic_types::StatusExt as _;
 
 use super::method::Method;
-use crate::error::{Reason, ServiceError};
+use crate::{
+    error::{Reason, ServiceError},
+    refusals::Call,
+};
 
 /// A body whose errors have reasons.
 #[derive(Debug)]
 pub(super) struct Answer {
     inner: Body,
     method: Method,
+    call: Call,
     /// For streams of services that are not ours: ours end by themselves, with what their watchers must know.
     drained: Option<Pin<Box<WaitForCancellationFutureOwned>>>,
     has_ended: bool,
@@ -28,10 +33,10 @@ pub(super) struct Answer {
 
 impl Answer {
     /// The body of an answer to a call of `method`.
-    pub(super) fn new(inner: Body, method: Method, draining: &CancellationToken) -> Self {
+    pub(super) fn new(inner: Body, method: Method, call: Call, draining: &CancellationToken) -> Self {
         let ends_itself = method.is_simulation() || method.is_health_check();
         let drained = (!ends_itself).then(|| Box::pin(draining.clone().cancelled_owned()));
-        Self { inner, method, drained, has_ended: false }
+        Self { inner, method, call, drained, has_ended: false }
     }
 
     /// Whether a drain ends the stream now.
@@ -65,7 +70,7 @@ impl HttpBody for Answer {
             if is_end && self.is_drained(context) {
                 return self.drain();
             }
-            let frame = frame.map(|frame| frame.map(|frame| reasoned(frame, &self.method)));
+            let frame = frame.map(|frame| frame.map(|frame| reasoned(frame, &self.method, &self.call)));
             return Poll::Ready(frame);
         }
         if self.is_drained(context) { self.drain() } else { Poll::Pending }
@@ -80,13 +85,16 @@ impl HttpBody for Answer {
     }
 }
 
-/// A frame whose status, if it is an error, has a reason.
-fn reasoned(frame: Frame<Bytes>, method: &Method) -> Frame<Bytes> {
+/// A frame whose status, if it is an error, has a reason. One that has it already is that of a watcher, which was told of.
+fn reasoned(frame: Frame<Bytes>, method: &Method, call: &Call) -> Frame<Bytes> {
     match frame.into_trailers() {
         Err(data) => data,
         Ok(headers) => match reason_for(&headers, method) {
             None => Frame::trailers(headers),
-            Some(error) => Frame::trailers(trailers(error)),
+            Some(error) => {
+                call.refused(error.reason);
+                Frame::trailers(trailers(error))
+            }
         },
     }
 }
@@ -113,6 +121,12 @@ pub(super) fn reason_for(headers: &HeaderMap, method: &Method) -> Option<Service
         Code::Cancelled => ServiceError::new(Reason::RequestCancelled, message),
         _ => ServiceError::new(Reason::InvalidMessage, message),
     })
+}
+
+/// The reason in headers of an answer that our own code refused.
+pub(super) fn own_reason(headers: &HeaderMap) -> Option<Reason> {
+    let info = Status::from_header_map(headers)?.get_details_error_info()?;
+    Reason::of(&info.reason)
 }
 
 fn trailers(error: ServiceError) -> HeaderMap {

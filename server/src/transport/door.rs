@@ -1,15 +1,9 @@
-//! Who comes in: requests to the server's own hosts, of pages that may call, with the token. Who does not is counted and logged.
-
-use std::sync::Arc;
+//! Who comes in: requests to the server's own hosts, of pages that may call, with the token.
 
 use http::{HeaderValue, Request, header};
 
 use super::{connections::Standing, cors::AllowedOrigins, host::AllowedHosts, method::Method, token::Guard};
-use crate::{
-    caller::Caller,
-    counters::Counters,
-    error::{Reason, ServiceError},
-};
+use crate::error::{Reason, ServiceError};
 
 /// Lets requests in.
 #[derive(Clone, Debug)]
@@ -17,17 +11,11 @@ pub(super) struct Door {
     origins: AllowedOrigins,
     hosts: AllowedHosts,
     guard: Guard,
-    counters: Arc<Counters>,
 }
 
 impl Door {
-    pub(super) fn new(
-        origins: AllowedOrigins,
-        hosts: AllowedHosts,
-        guard: Guard,
-        counters: Arc<Counters>,
-    ) -> Self {
-        Self { origins, hosts, guard, counters }
+    pub(super) fn new(origins: AllowedOrigins, hosts: AllowedHosts, guard: Guard) -> Self {
+        Self { origins, hosts, guard }
     }
 
     /// Why a request may not come in, if so. Who shows the token with one that may is known from then on.
@@ -37,22 +25,13 @@ impl Door {
         if refusal.is_none() && self.guard.has_seen_it(method) {
             Standing::of(request.extensions()).becomes_known();
         }
-        refusal.map(|refusal| self.told(request, refusal))
+        refusal
     }
 
     /// The same of what is open to those who have no token.
     #[cfg(feature = "page")]
     pub(super) fn refusal_without_token<B>(&self, request: &Request<B>) -> Option<ServiceError> {
-        let refusal = self.of_host(request).or_else(|| self.of_origin(request))?;
-        Some(self.told(request, refusal))
-    }
-
-    /// Counts and logs a refusal.
-    fn told<B>(&self, request: &Request<B>, refusal: ServiceError) -> ServiceError {
-        self.counters.refused.add(1);
-        let caller = Caller::of(request.extensions());
-        tracing::info!(%caller, reason = refusal.reason.name(), "refused");
-        refusal
+        self.of_host(request).or_else(|| self.of_origin(request))
     }
 
     fn of_host<B>(&self, request: &Request<B>) -> Option<ServiceError> {

@@ -5,7 +5,10 @@ use http::{Method, Request, Response, StatusCode, Version, header};
 use tonic::body::Body;
 
 use super::interceptor::refused;
-use crate::error::{Reason, ServiceError};
+use crate::{
+    error::{Reason, ServiceError},
+    refusals::Call,
+};
 
 /// Content of gRPC, which needs HTTP/2.
 const GRPC: &str = "application/grpc";
@@ -35,7 +38,8 @@ pub(super) fn no_call<B>(request: &Request<B>) -> Option<Response<Body>> {
         );
         (StatusCode::UNSUPPORTED_MEDIA_TYPE, message)
     };
-    let mut response = refused(ServiceError::new(Reason::NotACall, message));
+    let refusal = ServiceError::new(Reason::NotACall, message);
+    let mut response = refused(refusal, &Call::of(request.extensions()));
     *response.status_mut() = status;
     Some(response)
 }

@@ -3,7 +3,7 @@
 //! Refuses calls while draining, without the token, from unknown web origins, to other hosts and in forms that are not read, honours
 //! the client's deadline, ends calls that wait when the server drains, turns a panic of a handler into INTERNAL,
 //! and gives a reason to statuses that the framework made (unknown method, message too large, message that
-//! cannot be decoded).
+//! cannot be decoded). Every error that leaves is counted, and the log is told of it.
 
 use std::{
     any::Any,
@@ -21,11 +21,14 @@ use tonic::{Status, body::Body};
 use tower::Service;
 
 use super::{
-    answer::{Answer, reason_for},
+    answer::{Answer, own_reason, reason_for},
     door::Door,
     method::Method,
 };
-use crate::error::{Reason, ServiceError, panic_message};
+use crate::{
+    error::{Reason, ServiceError, panic_message},
+    refusals::Call,
+};
 
 /// Most bytes of a request's headers, counted as HTTP/2 does: names, values, and 32 for each.
 const HEADER_BYTES: usize = 16 << 10;
@@ -71,9 +74,9 @@ where
     }
 
     fn call(&mut self, request: Request<B>) -> Self::Future {
-        let method = Method::new(request.uri().path());
+        let (method, call) = (Method::new(request.uri().path()), Call::of(request.extensions()));
         if let Some(refusal) = self.refusal(&request, &method) {
-            return Box::pin(async move { Ok(refused(refusal)) });
+            return Box::pin(async move { Ok(refused(refusal, &call)) });
         }
 
         // The service that was polled ready is the one to call.
@@ -87,10 +90,10 @@ where
             // Whoever asks whether the server serves is answered until the end.
             let cut = if method.is_health_check() { CancellationToken::new() } else { draining.clone() };
             Ok(match in_time(answer, deadline, &cut).await {
-                Ok(Ok(Ok(response))) => finished(response, method, &draining),
+                Ok(Ok(Ok(response))) => finished(response, method, call, &draining),
                 Ok(Ok(Err(never))) => match never {},
-                Ok(Err(panic)) => refused(panicked(panic.as_ref(), method.path())),
-                Err(cut) => refused(cut),
+                Ok(Err(panic)) => refused(panicked(panic.as_ref(), method.path()), &call),
+                Err(cut) => refused(cut, &call),
             })
         })
     }
@@ -120,15 +123,24 @@ async fn in_time<T>(
 }
 
 /// An answer whose errors have reasons, in its headers and at its end.
-fn finished(response: Response<Body>, method: Method, draining: &CancellationToken) -> Response<Body> {
-    match reason_for(response.headers(), &method) {
-        Some(error) => refused(error),
-        None => response.map(|body| Body::new(Answer::new(body, method, draining))),
+fn finished(
+    response: Response<Body>,
+    method: Method,
+    call: Call,
+    draining: &CancellationToken,
+) -> Response<Body> {
+    if let Some(error) = reason_for(response.headers(), &method) {
+        return refused(error, &call);
     }
+    if let Some(reason) = own_reason(response.headers()) {
+        call.refused(reason);
+    }
+    response.map(|body| Body::new(Answer::new(body, method, call, draining)))
 }
 
-/// The answer that is an error and nothing else.
-pub(super) fn refused(error: ServiceError) -> Response<Body> {
+/// The answer that is an error and nothing else; the log is told of it.
+pub(super) fn refused(error: ServiceError, call: &Call) -> Response<Body> {
+    call.refused(error.reason);
     let is_compressed = error.reason == Reason::CompressionNotSupported;
     let mut response = Status::from(error).into_http();
     if is_compressed {

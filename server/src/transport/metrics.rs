@@ -8,7 +8,7 @@ use nappe_proto::v1::{self, SessionState};
 use tonic::{Code, body::Body};
 
 use super::{door::Door, method::Method};
-use crate::rpc::Shared;
+use crate::{refusals::Call, rpc::Shared};
 
 /// Where the page is.
 const PATH: &str = "/metrics";
@@ -25,7 +25,7 @@ const STATES: [(&str, SessionState); 4] = [
 ];
 
 /// A family of numbers: name, help, and each number with its labels.
-type Family = (&'static str, &'static str, Vec<(&'static str, u64)>);
+type Family = (&'static str, &'static str, Vec<(String, u64)>);
 
 /// The answer to a request for the page; none if it asks for something else.
 pub(super) fn answer<B>(request: &Request<B>, door: &Door, shared: &Shared) -> Option<Response<Body>> {
@@ -35,6 +35,7 @@ pub(super) fn answer<B>(request: &Request<B>, door: &Door, shared: &Shared) -> O
     let Some(refusal) = door.refusal(request, &Method::new(PATH)) else {
         return Some(plain(StatusCode::OK, page(shared)));
     };
+    Call::of(request.extensions()).refused(refusal.reason);
     let is_unknown = refusal.reason.code() == Code::Unauthenticated;
     let status = if is_unknown { StatusCode::UNAUTHORIZED } else { StatusCode::FORBIDDEN };
     let mut response = plain(status, format!("{}: {}\n", refusal.reason.name(), refusal.message));
@@ -64,13 +65,15 @@ fn families(shared: &Shared) -> [Family; 11] {
         |state: SessionState| sessions.iter().filter(|session| session.state() == state).count() as u64;
     let watchers: u64 = sessions.iter().map(|session| u64::from(session.watcher_count)).sum();
     let (counters, memory) = (&shared.counters, &shared.memory);
-    let one = |number: u64| vec![("", number)];
+    let one = |number: u64| vec![(String::new(), number)];
+    let refused = shared.refusals.counts().into_iter();
+    let refused = refused.map(|(reason, count)| (format!("{{reason=\"{}\"}}", reason.name()), count));
     [
-        ("nappe_build_info", "The version of the server; the number is 1.", vec![(VERSION, 1)]),
+        ("nappe_build_info", "The version of the server; the number is 1.", vec![(VERSION.to_owned(), 1)]),
         (
             "nappe_sessions",
             "Sessions by state.",
-            STATES.map(|(label, state)| (label, in_state(state))).to_vec(),
+            STATES.map(|(label, state)| (label.to_owned(), in_state(state))).to_vec(),
         ),
         ("nappe_steps_total", "Steps that all sessions took.", one(counters.steps.get())),
         ("nappe_session_failures_total", "Sessions that failed.", one(counters.failures.get())),
@@ -88,11 +91,7 @@ fn families(shared: &Shared) -> [Family; 11] {
             one(memory.used()),
         ),
         ("nappe_reservable_memory_bytes", "Memory that may be reserved.", one(memory.limit())),
-        (
-            "nappe_refused_requests_total",
-            "Requests refused for their token, host or origin.",
-            one(counters.refused.get()),
-        ),
+        ("nappe_refused_requests_total", "Calls refused and watchers cut, by reason.", refused.collect()),
     ]
 }
 

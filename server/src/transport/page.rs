@@ -16,7 +16,10 @@ use tonic::body::Body;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{door::Door, interceptor::too_large};
-use crate::error::{Reason, ServiceError};
+use crate::{
+    error::{Reason, ServiceError},
+    refusals::Call,
+};
 
 /// The page, which CI builds again and compares.
 const PAGE: &str = include_str!("../../../viewer/web/dist/live.html");
@@ -59,6 +62,7 @@ pub(super) fn answer<B>(request: &Request<B>, door: &Door) -> Option<Response<Bo
     }
     let headers = request.headers();
     if let Some(refusal) = door.refusal_without_token(request).or_else(|| too_large(headers)) {
+        Call::of(request.extensions()).refused(refusal.reason);
         return Some(refused(&refusal, request.method()));
     }
 

@@ -34,6 +34,8 @@ use super::{
     token::Guard,
 };
 use crate::{
+    caller::Caller,
+    refusals::Call,
     rpc::{Methods, Shared},
     stream::with_frames,
 };
@@ -58,7 +60,7 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     let hosts = AllowedHosts::new(&shared.config.address, &shared.config.allowed_hosts);
     let max_elements = shared.config.limits.max_changes_per_call.into();
     let guarded = RequestGuard::new(routes, Arc::clone(&shared.requests), max_elements);
-    let door = Door::new(origins.clone(), hosts, Guard::new(token), Arc::clone(&shared.counters));
+    let door = Door::new(origins.clone(), hosts, Guard::new(token));
     let intercepted = Interceptor::new(guarded, door.clone(), shared.draining.clone());
     let time = shared.config.request_time();
     let draining = shared.draining.clone();
@@ -74,7 +76,9 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     });
     let calls = GrpcWebLayer::new().layer(timed);
     let shared = Arc::clone(shared);
-    let calls = service_fn(move |request: Request<Incoming>| {
+    let calls = service_fn(move |mut request: Request<Incoming>| {
+        let call = Call::new(Caller::of(request.extensions()), &shared.refusals);
+        request.extensions_mut().insert(call);
         let calls = calls.clone();
         let answer = metrics::answer(&request, &door, &shared);
         #[cfg(feature = "page")]
