@@ -4,6 +4,7 @@ mod job;
 mod strangers;
 
 use std::{
+    process::{Command, Stdio},
     thread,
     time::{Duration, Instant},
 };
@@ -57,7 +58,7 @@ fn read(simulation: &Simulation, field: Field) -> Vec<f64> {
 fn a_simulation_over_a_link_goes_as_one_in_the_process() {
     for precision in Precision::ALL {
         let (mut remote, handle) = ranks(3);
-        assert_eq!((remote.hello().ranks.len(), remote.hello().version.as_str()), (3, VERSION));
+        assert_eq!((remote.hello().hosts.len(), remote.hello().version.as_str()), (3, VERSION));
         let (mut alone, warnings) = Simulation::new(&setup(), precision).expect("a sheet");
         let (mut copy, _) = Simulation::new(&setup(), precision).expect("a sheet");
         assert_eq!(remote.build(setup(), precision).expect("a sheet"), warnings);
@@ -145,14 +146,36 @@ fn what_ranks_refuse_comes_back_in_words_and_they_go_on() {
     assert!(handle.join().expect("no rank fails"));
 }
 
-#[test]
-fn an_interrupt_acts_within_a_step() {
+/// A sheet whose step of the world has many thousand sub-steps.
+fn long_setup() -> WorldSetup {
     let mut long = setup();
-    // A step of the world of many thousand sub-steps.
     long.dt = 1.0;
     long.bodies[0].settings.time_step = nappe_sim::time_step::TimeStep::Unchecked(1.1e-4);
+    long
+}
+
+#[test]
+fn a_stop_of_the_process_that_waits_for_ranks_loses_none_of_them() {
+    let long = WorldSetup { dt: 0.2, ..long_setup() };
+    let (mut alone, _) = Simulation::new(&long, Precision::F32).expect("a sheet");
     let (mut remote, handle) = ranks(2);
-    remote.build(long, Precision::F64).expect("a sheet");
+    remote.build(long, Precision::F32).expect("a sheet");
+    // From outside, since this process cannot end a stop of its own. It waits for the answer meanwhile.
+    let script = "for _ in 1 2 3; do sleep 0.05; kill -STOP \"$0\"; sleep 0.05; kill -CONT \"$0\"; done";
+    let mut stops = Command::new("sh");
+    stops.args(["-c", script, &std::process::id().to_string()]).stdin(Stdio::null());
+    let mut stops = stops.spawn().expect("a shell starts");
+    let stepped = remote.step().expect("the link holds");
+    assert_eq!(stepped.result, with_threads(1, || alone.step(&mut NoStopwatch)));
+    assert!(stops.wait().expect("it ends").success());
+    remote.end().expect("the link holds");
+    assert!(handle.join().expect("no rank fails"));
+}
+
+#[test]
+fn an_interrupt_acts_within_a_step() {
+    let (mut remote, handle) = ranks(2);
+    remote.build(long_setup(), Precision::F64).expect("a sheet");
     let orders = remote.orders();
     let asks = thread::spawn(move || {
         thread::sleep(Duration::from_millis(100));

@@ -101,7 +101,7 @@ fn a_greeting_that_comes_byte_by_byte_is_one() {
         stream
     });
     let remote = meet(listener, PATIENCE).expect("rank 0");
-    assert_eq!(remote.hello().ranks.len(), 1);
+    assert_eq!(remote.hello().hosts.len(), 1);
     drop(handle.join());
 }
 

@@ -33,6 +33,9 @@ const LAUNCHER: &str = r#"printf '%s %s' "$$" "$NAPPE_LINK" > "$0.part" && mv "$
 exec sleep 600
 "#;
 
+/// What the folders of a job are called.
+const FOLDER: &str = "nappe-ranks-";
+
 /// What happens to the answers of a rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
@@ -231,6 +234,43 @@ async fn a_session_whose_rank_hangs_is_stopped_and_says_that_a_rank_is_lost() {
     assert!(failure.message.contains("the ranks on thread did not give up"), "{}", failure.message);
     in_time(server.client.delete_session(v1::DeleteSessionRequest::of(&id))).await.expect("it is deleted");
     assert!(!is_there(launcher));
+}
+
+/// The folders that a launcher is told to keep its files in.
+fn folders(launcher: u32) -> Vec<PathBuf> {
+    let environment = fs::read(format!("/proc/{launcher}/environ")).expect("it runs");
+    let environment = String::from_utf8_lossy(&environment);
+    let values =
+        environment.split('\0').filter_map(|variable| Some(PathBuf::from(variable.split_once('=')?.1)));
+    let is_own =
+        |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(FOLDER));
+    values.filter(is_own).collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_folders_of_a_job_are_gone_with_its_session_whatever_is_left_in_them() {
+    let stand_in = StandIn::new();
+    let mut server = stand_in.server().await;
+    for fault in [Fault::Nothing, Fault::Altered] {
+        let (id, launcher) = stand_in.create(&server, 1).await.expect("a session");
+        let folders = folders(launcher);
+        assert!(!folders.is_empty(), "the launcher is told of none");
+        for folder in &folders {
+            fs::create_dir_all(folder.join("session")).expect("a folder is made");
+            fs::write(folder.join("session/segment"), "memory").expect("a file is written");
+        }
+        if fault == Fault::Altered {
+            server.play(&id).await;
+            stand_in.set(fault);
+            server.until(&id, |session| session.state() == SessionState::Failed).await;
+        }
+        in_time(server.client.delete_session(v1::DeleteSessionRequest::of(&id)))
+            .await
+            .expect("it is deleted");
+        assert!(!folders.iter().any(|folder| folder.exists()), "after {fault:?}: {folders:?}");
+        stand_in.set(Fault::Nothing);
+        fs::remove_file(stand_in.script.with_extension("sh.link")).expect("it was written");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

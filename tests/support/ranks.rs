@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use nappe_cluster::{Cluster, RankPlace};
+use nappe_cluster::Cluster;
 use nappe_sim::parallel::{Communicator, Message};
 
 use crate::threads::pool;
@@ -177,9 +177,8 @@ impl Cluster for Rank {
         }
     }
 
-    fn places(&self) -> Vec<RankPlace> {
-        let place = RankPlace { host: "thread".to_owned(), process: 0, group: 0 };
-        if self.number == 0 { vec![place; self.size] } else { Vec::new() }
+    fn hosts(&self) -> Vec<String> {
+        if self.number == 0 { vec!["thread".to_owned(); self.size] } else { Vec::new() }
     }
 }
 

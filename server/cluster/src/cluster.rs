@@ -2,13 +2,11 @@
 
 use nappe_sim::parallel::Communicator;
 
-use crate::message::RankPlace;
-
 /// The ranks of a job.
 pub trait Cluster: Communicator {
     /// Hands what rank 0 has to all others. A rank that waits for it sleeps: between two steps hours may pass.
     fn broadcast(&self, bytes: &mut Vec<u8>);
 
-    /// Where each rank runs, on rank 0; nothing on the others.
-    fn places(&self) -> Vec<RankPlace>;
+    /// The name of the host of each rank, on rank 0; nothing on the others.
+    fn hosts(&self) -> Vec<String>;
 }

@@ -6,6 +6,7 @@
 mod message;
 mod place;
 mod link;
+mod timed;
 mod cluster;
 mod counted;
 mod signs;
@@ -18,9 +19,9 @@ mod mpi;
 pub use cluster::Cluster;
 pub use link::LinkError;
 pub use meeting::Meeting;
-pub use message::{Asked, Hello, RankPlace, Stepped, Token, VERSION};
+pub use message::{Asked, Hello, Stepped, Token, VERSION};
 #[cfg(feature = "mpi")]
 pub use mpi::{Mpi, abort};
-pub use place::{LINK, Link};
+pub use place::{LINK, Link, SHARED_FOLDER};
 pub use rank::{follow, lead};
 pub use remote::{Orders, Remote, RemoteError};

@@ -150,16 +150,18 @@ impl Receiver {
         &mut self,
         stream: &mut impl Read,
     ) -> Result<Option<T>, LinkError> {
-        let mut head = [0; HEAD_BYTES];
-        if stream.read(&mut head[..1])? == 0 {
+        let cut = || io::Error::from(io::ErrorKind::UnexpectedEof);
+        // Reads to an end go on where a signal interrupts them, which a single read does not.
+        let mut head = Vec::with_capacity(HEAD_BYTES);
+        stream.by_ref().take(HEAD_BYTES as u64).read_to_end(&mut head)?;
+        if head.is_empty() {
             return Ok(None);
         }
-        stream.read_exact(&mut head[1..])?;
-        let head = Head::read(&head, self.received, self.allowed)?;
+        let head = Head::read(head.first_chunk().ok_or_else(cut)?, self.received, self.allowed)?;
         let mut bytes = Vec::with_capacity(head.length.min(PIECE_BYTES) as usize);
         let found = stream.take(head.length).read_to_end(&mut bytes)? as u64;
         if found < head.length {
-            return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+            return Err(cut().into());
         }
         if Head::of(self.received, &bytes) != head {
             return Err(LinkError::Altered { number: self.received });
@@ -193,6 +195,52 @@ mod tests {
         assert_eq!(receiver.receive::<()>(&mut stream).expect("an end is no failure"), None);
     }
 
+    /// A stream that takes and gives a byte at a time, and of which a signal interrupts every other call.
+    struct Disturbed<S> {
+        stream: S,
+        is_interrupted: bool,
+    }
+
+    impl<S> Disturbed<S> {
+        fn of(stream: S) -> Self {
+            Self { stream, is_interrupted: false }
+        }
+
+        fn call(&mut self) -> io::Result<&mut S> {
+            self.is_interrupted = !self.is_interrupted;
+            if self.is_interrupted { Err(io::ErrorKind::Interrupted.into()) } else { Ok(&mut self.stream) }
+        }
+    }
+
+    impl<S: Read> Read for Disturbed<S> {
+        fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+            let count = bytes.len().min(1);
+            self.call()?.read(&mut bytes[..count])
+        }
+    }
+
+    impl<S: Write> Write for Disturbed<S> {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.call()?.write(&bytes[..bytes.len().min(1)])
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            self.stream.flush()
+        }
+    }
+
+    #[test]
+    fn signals_disturb_neither_who_sends_nor_who_receives() {
+        let (mut sent, mut sender) = (Disturbed::of(Vec::new()), Sender::default());
+        sender.send(&mut sent, &vec![1.0, 2.0]).expect("memory does not fail");
+        sender.send(&mut sent, &3_u8).expect("memory does not fail");
+        let (mut stream, mut receiver) = (Disturbed::of(&sent.stream[..]), Receiver::new(1000));
+        let first: Option<Vec<f64>> = receiver.receive(&mut stream).expect("it is whole");
+        assert_eq!(first, Some(vec![1.0, 2.0]));
+        assert_eq!(receiver.receive(&mut stream).expect("it is whole"), Some(3_u8));
+        assert_eq!(receiver.receive::<()>(&mut stream).expect("an end is no failure"), None);
+    }
+
     #[test]
     fn one_altered_bit_anywhere_is_noticed() {
         let mut sent = Vec::new();
@@ -210,7 +258,9 @@ mod tests {
     fn what_is_cut_too_long_or_out_of_order_is_refused() {
         let (mut stream, mut sender) = (Vec::new(), Sender::default());
         sender.send(&mut stream, &1_u8).expect("memory does not fail");
-        assert!(matches!(receive::<u8>(&stream[..HEAD_BYTES]), Err(LinkError::Io(_))));
+        for end in [1, HEAD_BYTES - 1, HEAD_BYTES] {
+            assert!(matches!(receive::<u8>(&stream[..end]), Err(LinkError::Io(_))), "{end} bytes");
+        }
         stream.clear();
         sender.send(&mut stream, &2_u8).expect("memory does not fail");
         let twice = receive::<u8>(&stream);

@@ -7,13 +7,15 @@ use std::{
     env,
     io::{self, Write as _},
     net::TcpStream,
-    process::ExitCode,
+    os::unix::process::CommandExt as _,
+    path::Path,
+    process::{Command, ExitCode},
     sync::Arc,
     thread,
     time::Duration,
 };
 
-use nappe_cluster::{Cluster, LINK, Link, Mpi, abort, follow, lead};
+use nappe_cluster::{Cluster, LINK, Link, Mpi, SHARED_FOLDER, abort, follow, lead};
 use nappe_sim::{math::check_processor, parallel::Communicator as _};
 use rayon::ThreadPoolBuilder;
 use rustix::process::{Signal, getpid, kill_process};
@@ -53,7 +55,23 @@ fn follow_parent() -> Result<(), String> {
     Ok(())
 }
 
+/// Starts this program anew, without their variables, where folders for shared memory are not there: the server made them on
+/// its own host, and on this one MPI is to choose. It would share no memory here.
+fn leave_missing_folders() -> Result<(), String> {
+    let is_missing = |name: &str| env::var_os(name).is_some_and(|folder| !Path::new(&folder).is_dir());
+    if !SHARED_FOLDER.into_iter().any(is_missing) {
+        return Ok(());
+    }
+    let anew = |error: io::Error| format!("cannot be started anew: {error}");
+    let mut command = Command::new(env::current_exe().map_err(anew)?);
+    for name in SHARED_FOLDER {
+        command.env_remove(name);
+    }
+    Err(anew(command.args(env::args_os().skip(1)).exec()))
+}
+
 fn run() -> Result<(), String> {
+    leave_missing_folders()?;
     follow_parent()?;
     check_processor().map_err(|error| error.to_string())?;
     let Link { address, token, threads } = Link::read(&env::var(LINK).unwrap_or_default())?;

@@ -109,6 +109,8 @@ impl Arrival {
             }
             let mut piece = [0; 4096];
             let wanted = piece.len().min(due - self.heard.len());
+            // Asked before it is read: what came while this process was stopped is heard all the same.
+            let is_late = self.begin.elapsed() >= GREETING_TIME;
             match self.stream.read(&mut piece[..wanted]) {
                 Ok(0) => return Err(self.or_stranger(RemoteError::OutOfTurn)),
                 Ok(count) => self.heard.extend_from_slice(&piece[..count]),
@@ -116,7 +118,7 @@ impl Arrival {
                 Err(error) if error.kind() != ErrorKind::WouldBlock => {
                     return Err(self.or_stranger(LinkError::from(error).into()));
                 }
-                Err(_nothing) if self.begin.elapsed() < GREETING_TIME => return Ok(None),
+                Err(_nothing) if !is_late => return Ok(None),
                 Err(_nothing) => {
                     return Err(self.or_stranger(RemoteError::Late { seconds: GREETING_TIME.as_secs() }));
                 }

@@ -9,7 +9,7 @@ use nappe_sim::{
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages: both ends are of the same program.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 7");
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 8");
 
 /// What shows that a connection is the one that was expected.
 pub type Token = [u8; 16];
@@ -19,21 +19,10 @@ pub type Token = [u8; 16];
 pub struct Hello {
     /// [`VERSION`] of rank 0.
     pub version: String,
-    /// Where each rank runs.
-    pub ranks: Vec<RankPlace>,
+    /// The name of the host of each rank.
+    pub hosts: Vec<String>,
     /// Threads of each rank.
     pub threads: u32,
-}
-
-/// Where a rank runs.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RankPlace {
-    /// The name of its host.
-    pub host: String,
-    /// The number of its process there.
-    pub process: u32,
-    /// The number of its process group there.
-    pub group: u32,
 }
 
 /// What ranks are told, one after another: each but an interrupt is answered.

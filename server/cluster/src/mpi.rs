@@ -19,9 +19,8 @@ use ::mpi::{
     traits::{Communicator as _, CommunicatorCollectives as _, Destination as _, Source as _},
 };
 use nappe_sim::parallel::{Communicator, Message};
-use rustix::process::getpgrp;
 
-use crate::{cluster::Cluster, message::RankPlace};
+use crate::cluster::Cluster;
 
 /// Tags: particles for neighbours, what rank 0 tells all, and what all tell rank 0.
 const EXCHANGE: i32 = 1;
@@ -41,7 +40,7 @@ const PIECE: usize = 64 << 20;
 pub struct Mpi {
     rank: usize,
     size: usize,
-    places: Vec<RankPlace>,
+    hosts: Vec<String>,
     /// Counts of an all-gather, and where each part begins; kept for the next one.
     parts: Mutex<[Vec<i32>; 2]>,
 }
@@ -64,28 +63,25 @@ impl Mpi {
         }));
         let world = SimpleCommunicator::world();
         let (rank, size) = (world.rank() as usize, world.size() as usize);
-        let mut joined = Self { rank, size, places: Vec::new(), parts: Mutex::default() };
-        joined.places = joined.gather_places(&processor_name().unwrap_or_default());
+        let mut joined = Self { rank, size, hosts: Vec::new(), parts: Mutex::default() };
+        joined.hosts = joined.gather_hosts(&processor_name().unwrap_or_default());
         Ok((universe, joined))
     }
 
-    /// Where each rank runs, on rank 0.
-    fn gather_places(&self, host: &str) -> Vec<RankPlace> {
-        let own = [host.len() as u32, std::process::id(), getpgrp().as_raw_pid() as u32];
-        let own = own.map(u32::to_le_bytes);
+    /// The host of each rank, on rank 0, when each tells its own.
+    fn gather_hosts(&self, own: &str) -> Vec<String> {
         let mut all = Vec::new();
-        self.all_gather(own.as_flattened(), &vec![own.as_flattened().len(); self.size], &mut all);
-        let numbers: Vec<[u32; 3]> =
-            all.as_chunks().0.as_chunks().0.iter().map(|own| own.map(u32::from_le_bytes)).collect();
-        let lengths: Vec<usize> = numbers.iter().map(|[length, ..]| *length as usize).collect();
-        let names = self.gather(host.as_bytes(), &lengths);
+        self.all_gather(&(own.len() as u32).to_le_bytes(), &vec![size_of::<u32>(); self.size], &mut all);
+        let lengths = all.as_chunks::<4>().0.iter().map(|length| u32::from_le_bytes(*length) as usize);
+        let lengths: Vec<usize> = lengths.collect();
+        let names = self.gather(own.as_bytes(), &lengths);
         let mut rest = &names[..];
-        let place = |[length, process, group]: [u32; 3]| {
-            let (name, after) = rest.split_at_checked(length as usize)?;
+        let host = |length: usize| {
+            let (name, after) = rest.split_at_checked(length)?;
             rest = after;
-            Some(RankPlace { host: String::from_utf8_lossy(name).into_owned(), process, group })
+            Some(String::from_utf8_lossy(name).into_owned())
         };
-        numbers.into_iter().map_while(place).collect()
+        lengths.into_iter().map_while(host).collect()
     }
 }
 
@@ -198,7 +194,7 @@ impl Cluster for Mpi {
         receive(bytes, 0, BROADCAST);
     }
 
-    fn places(&self) -> Vec<RankPlace> {
-        self.places.clone()
+    fn hosts(&self) -> Vec<String> {
+        self.hosts.clone()
     }
 }

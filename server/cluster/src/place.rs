@@ -7,6 +7,10 @@ use crate::message::Token;
 /// The variable of the environment that ranks read it from.
 pub const LINK: &str = "NAPPE_LINK";
 
+/// The variables that tell Open MPI, version 4 and version 5, in which folder ranks of a host share memory.
+pub const SHARED_FOLDER: [&str; 2] =
+    ["OMPI_MCA_btl_vader_backing_directory", "OMPI_MCA_btl_sm_backing_directory"];
+
 /// Where ranks find the server, what rank 0 shows there, and how many threads each rank has: HOST:PORT/TOKEN/THREADS.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Link {

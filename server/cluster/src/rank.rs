@@ -37,7 +37,7 @@ pub fn lead(
     let threads = rayon::current_num_threads() as u32;
     stream.write_all(&token)?;
     let voice = Arc::new(Voice::new(stream.try_clone()?));
-    voice.say(&Hello { version: VERSION.to_owned(), ranks: cluster.places(), threads })?;
+    voice.say(&Hello { version: VERSION.to_owned(), hosts: cluster.hosts(), threads })?;
 
     let steps = Arc::new(Mutex::new(Interrupt::default()));
     let orders = read_orders(stream, Arc::clone(&steps), on_loss)?;

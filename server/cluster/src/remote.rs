@@ -2,9 +2,9 @@
 
 use std::{
     io::ErrorKind,
-    net::{Shutdown, TcpStream},
+    net::TcpStream,
     sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use nappe_sim::{
@@ -16,6 +16,8 @@ use nappe_sim::{
 use crate::{
     link::{LinkError, Receiver, Sender},
     message::{Answer, Hello, Order, Stepped, VERSION},
+    signs::INTERVAL,
+    timed::Timed,
 };
 
 /// Bytes of an answer that do not grow with the scene: reports of a step, warnings.
@@ -32,7 +34,7 @@ const MOST_LAWS: usize = 1 << 16;
 /// A simulation that ranks step.
 #[derive(Debug)]
 pub struct Remote {
-    answers: TcpStream,
+    answers: Timed,
     receiver: Receiver,
     orders: Orders,
     hello: Hello,
@@ -43,7 +45,7 @@ pub struct Remote {
 /// Where orders are sent; shared by who waits for answers and who may interrupt.
 #[derive(Clone, Debug)]
 pub struct Orders {
-    stream: Arc<TcpStream>,
+    stream: Timed,
     /// Held while an order is sent.
     turn: Arc<Mutex<Sender>>,
 }
@@ -106,13 +108,12 @@ impl Orders {
 
     /// Closes the link: who waits for an answer waits no longer, and rank 0 aborts the job.
     pub fn cut(&self) {
-        // It may be closed already.
-        let _ = self.stream.shutdown(Shutdown::Both);
+        self.stream.close();
     }
 
     fn send(&self, order: &Order) -> Result<(), LinkError> {
         let mut sender = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        sender.send(&mut &*self.stream, order)
+        sender.send(&mut &self.stream, order)
     }
 }
 
@@ -127,12 +128,10 @@ impl Remote {
         hello: Hello,
         silence: Duration,
     ) -> Result<Self, LinkError> {
-        stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(silence))?;
-        stream.set_write_timeout(Some(silence))?;
-        let orders = Orders { stream: Arc::new(stream.try_clone()?), turn: Arc::default() };
-        Ok(Self { answers: stream, receiver, orders, hello, silence })
+        let answers = Timed::new(stream, silence)?;
+        let orders = Orders { stream: answers.clone(), turn: Arc::default() };
+        Ok(Self { answers, receiver, orders, hello, silence })
     }
 
     /// What rank 0 said of the job.
@@ -149,15 +148,18 @@ impl Remote {
         if let Err(error) = self.orders.send(order) {
             return Err(self.why(error));
         }
-        let mut last_word = Instant::now();
+        // How long rank 0 waits in one call, by its own signs: those that came while this process was stopped are read at once.
+        let mut waited = Duration::ZERO;
         loop {
-            let heard: Result<Option<Answer>, _> = self.receiver.receive(&mut self.answers);
+            let heard: Result<Option<Answer>, _> = self.receiver.receive(&mut &self.answers);
             let heard = heard.map_err(|error| self.why(error))?;
             match heard.ok_or(RemoteError::OutOfTurn)? {
-                Answer::Alive { waits: false } => last_word = Instant::now(),
-                Answer::Alive { waits: true } if last_word.elapsed() < self.silence => {}
-                Answer::Alive { waits: true } => return Err(self.waits()),
+                Answer::Alive { waits: false } => waited = Duration::ZERO,
+                Answer::Alive { waits: true } => waited += INTERVAL,
                 answer => return Ok(answer),
+            }
+            if waited >= self.silence {
+                return Err(self.waits());
             }
         }
     }
@@ -165,7 +167,7 @@ impl Remote {
     /// A link that failed since a time was over is one over which nothing is heard.
     fn why(&self, error: LinkError) -> RemoteError {
         match error {
-            LinkError::Io(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+            LinkError::Io(error) if error.kind() == ErrorKind::TimedOut => {
                 RemoteError::Silent { host: self.host(), seconds: self.silence.as_secs_f64() }
             }
             error => error.into(),
@@ -173,7 +175,7 @@ impl Remote {
     }
 
     fn waits(&self) -> RemoteError {
-        let mut others: Vec<&str> = self.hello.ranks.iter().skip(1).map(|rank| rank.host.as_str()).collect();
+        let mut others: Vec<&str> = self.hello.hosts.iter().skip(1).map(String::as_str).collect();
         others.sort_unstable();
         others.dedup();
         let (host, seconds) = (self.host(), self.silence.as_secs_f64());
@@ -182,7 +184,7 @@ impl Remote {
 
     /// The host of rank 0.
     fn host(&self) -> String {
-        self.hello.ranks.first().map(|rank| rank.host.clone()).unwrap_or_default()
+        self.hello.hosts.first().cloned().unwrap_or_default()
     }
 
     /// Builds a simulation; the strings are warnings.
@@ -258,8 +260,8 @@ impl Remote {
     ///
     /// # Errors
     /// A link that fails, or ranks that do not answer in time.
-    pub fn end_within(self, patience: Duration) -> Result<(), RemoteError> {
-        self.answers.set_read_timeout(Some(patience)).map_err(LinkError::from)?;
+    pub fn end_within(mut self, patience: Duration) -> Result<(), RemoteError> {
+        self.answers.limit = patience;
         self.end()
     }
 }

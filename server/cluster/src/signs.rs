@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Time between two signs of life.
-const INTERVAL: Duration = Duration::from_secs(2);
+pub(crate) const INTERVAL: Duration = Duration::from_secs(2);
 
 /// The way from rank 0 to the server, which answers and signs of life share.
 #[derive(Debug)]

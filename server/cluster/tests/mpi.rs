@@ -1,12 +1,14 @@
 //! Ranks under `mpirun`, as a server starts them: the bits of one process.
 
 use std::{
+    io::Read as _,
     net::TcpListener,
+    path::Path,
     process::{Child, Command, Stdio},
     time::{Duration, Instant},
 };
 
-use nappe_cluster::{LINK, Link, Meeting, Remote, Token};
+use nappe_cluster::{LINK, Link, Meeting, Remote, SHARED_FOLDER, Token};
 use nappe_sim::{
     cloth::{ClothSettings, Network, SpringLaw, SpringRules},
     math::Precision,
@@ -54,19 +56,24 @@ impl Drop for Job {
 }
 
 fn start(size: usize) -> (Job, Remote) {
+    start_with(size, |_| {})
+}
+
+/// The same with more settings of the launcher.
+fn start_with(size: usize, set: impl FnOnce(&mut Command)) -> (Job, Remote) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address");
-    let job = Command::new("mpirun")
+    let mut launcher = Command::new("mpirun");
+    launcher
         .args(["-n", &size.to_string(), "--oversubscribe", "--bind-to", "none", "-x", "NAPPE_LINK"])
         .arg(env!("CARGO_BIN_EXE_nappe-rank"))
         .env(LINK, Link { address: address.to_string(), token: TOKEN, threads: 1 }.to_string())
         .env("OMPI_MCA_mpi_yield_when_idle", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
-        .stdin(Stdio::null())
-        .spawn()
-        .expect("mpirun is installed where this feature is built");
-    let job = Job(job);
+        .stdin(Stdio::null());
+    set(&mut launcher);
+    let job = Job(launcher.spawn().expect("mpirun is installed where this feature is built"));
     let mut meeting = Meeting::new(listener, TOKEN, Duration::from_mins(1)).expect("it can be asked");
     let begin = Instant::now();
     loop {
@@ -101,7 +108,7 @@ fn ranks_of_a_job_have_the_bits_of_one_process() {
         let reports: Vec<_> = (0..20).map(|_| alone.step(&mut NoStopwatch).expect("it is stable")).collect();
         for size in [1, 2, 4] {
             let (job, mut remote) = start(size);
-            assert_eq!(remote.hello().ranks.len(), size);
+            assert_eq!(remote.hello().hosts.len(), size);
             remote.build(setup.clone(), precision).expect("a sheet");
             for report in &reports {
                 let stepped = remote.step().expect("the link holds");
@@ -132,6 +139,21 @@ fn a_setup_of_several_pieces_reaches_all_ranks_whole() {
     }
     remote.end().expect("the link holds");
     assert!(end(job));
+}
+
+#[test]
+fn ranks_do_without_a_folder_for_shared_memory_that_only_another_host_has() {
+    let missing = Path::new(env!("CARGO_TARGET_TMPDIR")).join("on-another-host");
+    let (mut job, mut remote) = start_with(2, |launcher| {
+        launcher.envs(SHARED_FOLDER.map(|name| (name, &missing))).stderr(Stdio::piped());
+    });
+    remote.build(setup(10), Precision::F32).expect("a sheet");
+    remote.step().expect("the link holds").result.expect("it is stable");
+    remote.end().expect("the link holds");
+    let mut said = String::new();
+    job.0.stderr.take().expect("a pipe").read_to_string(&mut said).expect("UTF-8");
+    assert!(end(job));
+    assert!(!said.contains("on-another-host"), "MPI misses it: {said}");
 }
 
 #[test]

@@ -44,8 +44,8 @@ pub(super) struct Job {
     group: Group,
     guard: Child,
     ranks: u32,
-    /// What it may leave behind; nothing before rank 0 has come.
-    remains: Remains,
+    /// What it may leave behind; none once that is ended.
+    remains: Option<Remains>,
     said: Arc<Mutex<VecDeque<String>>>,
 }
 
@@ -65,7 +65,7 @@ impl Job {
     /// Starts `ranks` processes of a program.
     ///
     /// # Errors
-    /// When there is no such launcher.
+    /// When there is no such launcher, or no folder can be made for its files.
     pub(super) fn launch(
         settings: &RankSettings,
         program: &Path,
@@ -76,8 +76,10 @@ impl Job {
             word.replace("{ranks}", &ranks.to_string()).replace("{program}", &program.to_string_lossy())
         });
         let words: Vec<String> = words.collect();
+        let remains = Remains::new(link)
+            .map_err(|error| not_started(&format!("no folder can be made for their files: {error}")))?;
         let mut command = Command::new(&words[0]);
-        command.args(&words[1..]).env(LINK, link.to_string()).process_group(0);
+        command.args(&words[1..]).env(LINK, link.to_string()).envs(remains.variables()).process_group(0);
         if std::env::var_os("OMPI_MCA_mpi_yield_when_idle").is_none() {
             // Without it ranks that share a core wait milliseconds for each other.
             command.env("OMPI_MCA_mpi_yield_when_idle", "1");
@@ -93,7 +95,7 @@ impl Job {
         };
         let mut child = command.spawn().map_err(unavailable)?;
         let group = Group(Pid::from_child(&child));
-        let guard = guard(group).map_err(|error| {
+        let guard = guard(group, &remains).map_err(|error| {
             // Without a guard it would outlive a server that is killed.
             let _ = kill_process_group(group.0, Signal::KILL);
             let _ = child.wait();
@@ -101,7 +103,7 @@ impl Job {
         })?;
         let stderr = child.stderr.take();
         // From here on, an error ends the job.
-        let job = Self { child, group, guard, ranks, remains: Remains::default(), said: Arc::default() };
+        let job = Self { child, group, guard, ranks, remains: Some(remains), said: Arc::default() };
         if let Some(stderr) = stderr {
             keep_lines(stderr, Arc::clone(&job.said)).map_err(|error| {
                 not_started(&format!("the system starts no thread that reads what they say: {error}"))
@@ -120,19 +122,13 @@ impl Job {
     /// # Errors
     /// When it does not come in time, is of another version, or leads another number of ranks; when the job ends, or nobody
     /// wants it any more.
-    pub(super) fn meet(
-        &mut self,
-        mut meeting: Meeting,
-        link: &Link,
-        interrupt: &Interrupt,
-    ) -> Result<Remote, ServiceError> {
+    pub(super) fn meet(&self, mut meeting: Meeting, interrupt: &Interrupt) -> Result<Remote, ServiceError> {
         let begin = Instant::now();
         loop {
+            // Asked before the look: who came while this process was stopped is met all the same.
+            let is_late = begin.elapsed() > START;
             match meeting.look() {
-                Ok(Some(remote)) => {
-                    self.remains = Remains::of(&remote.hello().ranks, link);
-                    return self.counted(remote);
-                }
+                Ok(Some(remote)) => return self.counted(remote),
                 Ok(None) => thread::sleep(TICK),
                 Err(error @ RemoteError::Version { .. }) => {
                     return Err(self.not_started(&format!("{error}, that of the server")));
@@ -142,7 +138,7 @@ impl Job {
             if self.group.has_ended() {
                 return Err(self.not_started(&"the launcher ended"));
             }
-            if begin.elapsed() > START {
+            if is_late {
                 let seconds = START.as_secs();
                 return Err(
                     self.not_started(&format!("none of version {VERSION} connected within {seconds} s"))
@@ -156,7 +152,7 @@ impl Job {
 
     /// The ranks, if there are as many as were asked for.
     fn counted(&self, remote: Remote) -> Result<Remote, ServiceError> {
-        let (found, asked) = (remote.hello().ranks.len(), self.ranks);
+        let (found, asked) = (remote.hello().hosts.len(), self.ranks);
         if found == asked as usize {
             return Ok(remote);
         }
@@ -191,11 +187,12 @@ impl Job {
 }
 
 impl Drop for Job {
-    /// Ends the launcher and all that it left in its group, then what ranks left outside of it.
+    /// Ends the launcher and all that it left in its group, then what is left outside of it.
     fn drop(&mut self) {
         // The group may be empty by now, and each process may have ended.
         let _ = kill_process_group(self.group.0, Signal::KILL);
-        self.remains.end();
+        // While the guard is there, since this process may be killed meanwhile.
+        drop(self.remains.take());
         let _ = self.guard.kill();
         let _ = self.guard.wait();
         let _ = self.child.wait();
@@ -203,11 +200,13 @@ impl Drop for Job {
 }
 
 /// Starts a process that ends the job when this one ends without doing so, as when it is killed: its input then closes. A
-/// second later, since a launcher whose ranks do not hang ends by itself, and removes its files.
-fn guard(Group(group): Group) -> io::Result<Child> {
-    let script = format!("read -r _; sleep 1; kill -s KILL -- -{}", group.as_raw_pid());
+/// second later, since a launcher whose ranks do not hang ends by itself. What is then in the folders of the job is removed
+/// once its processes have ended.
+fn guard(Group(group): Group, remains: &Remains) -> io::Result<Child> {
+    let group = group.as_raw_pid();
+    let script = format!("read -r _; sleep 1; kill -s KILL -- -{group}; sleep 1; rm -rf -- \"$@\"");
     let mut command = Command::new("sh");
-    command.args(["-c", &script]).process_group(0);
+    command.args(["-c", &script, "sh"]).args(remains.folders()).process_group(0);
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()
 }
 

@@ -5,11 +5,11 @@
 use std::{
     io,
     sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        Arc,
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use nappe_cluster::{Asked, Link, Meeting, Orders, Remote, RemoteError, Stepped, Token};
@@ -69,21 +69,16 @@ pub(super) struct Watched {
 struct Watch {
     /// Whether nothing is watched any more.
     is_over: AtomicBool,
-    /// Since when an answer is waited for.
-    asked: Mutex<Option<Instant>>,
+    /// Questions and answers so far: odd while an answer is waited for.
+    turns: AtomicU64,
     /// Whether the link was cut since no answer came.
     is_cut: AtomicBool,
 }
 
 impl Watch {
-    fn set_asked(&self, since: Option<Instant>) {
-        *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = since;
-    }
-
-    /// How long an answer has been waited for since `told`; none if it is not.
-    fn waited(&self, told: Instant) -> Option<Duration> {
-        let asked = *self.asked.lock().unwrap_or_else(PoisonError::into_inner);
-        asked.map(|asked| asked.max(told).elapsed())
+    /// A question, or the answer to it.
+    fn turn(&self) {
+        self.turns.fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -118,10 +113,10 @@ impl Ranks {
         let silence = Duration::from_secs(settings.rank_silence.into());
         let meeting = Meeting::new(listener, token, silence).map_err(|error| not_started(&error))?;
         let link = Link { address, token, threads: counts.threads as usize };
-        let mut job = Job::launch(settings, &program, counts.ranks, &link)?;
-        let remote = job.meet(meeting, &link, &watched.start)?;
+        let job = Job::launch(settings, &program, counts.ranks, &link)?;
+        let remote = job.meet(meeting, &watched.start)?;
 
-        let hosts: Vec<String> = remote.hello().ranks.iter().map(|rank| rank.host.clone()).collect();
+        let hosts = remote.hello().hosts.clone();
         let (orders, is_watched) = (remote.orders(), Arc::<Watch>::default());
         let of_snow = begin.setup.snow.iter().flat_map(|snow| &snow.objects).map(|object| object.x.len());
         let of_cloths = begin.setup.bodies.iter().map(|body| body.network.x.len());
@@ -165,9 +160,9 @@ impl Ranks {
     }
 
     fn ask<T>(&mut self, ask: impl FnOnce(&mut Remote) -> Result<T, RemoteError>) -> Result<T, ServiceError> {
-        self.watch.set_asked(Some(Instant::now()));
+        self.watch.turn();
         let answer = ask(self.remote()?);
-        self.watch.set_asked(None);
+        self.watch.turn();
         answer.map_err(|error| self.lost(&error))
     }
 
@@ -244,18 +239,24 @@ fn watch(
 ) -> io::Result<()> {
     let Watched { start, steps, is_deleted, on_end } = watched;
     let body = move || {
-        let mut told = None;
+        // Since ranks were told to give up, how long one answer has been waited for: looks are counted, since the clock also
+        // counts a stop of this process, after which the answer may be there.
+        let (mut is_told, mut turns, mut waited) = (false, 0, Duration::ZERO);
         while !shared.is_over.load(Ordering::Relaxed) {
             if start.is_requested() {
                 return orders.cut();
             }
             if steps.is_requested() {
-                let told = *told.get_or_insert_with(|| {
+                if !is_told {
                     interrupt(&orders);
-                    Instant::now()
-                });
+                    is_told = true;
+                }
+                let before = turns;
+                turns = shared.turns.load(Ordering::Relaxed);
+                let is_same = turns == before && turns % 2 == 1;
+                waited = if is_same { waited + TICK } else { Duration::ZERO };
                 let patience = if is_deleted() { PATIENCE } else { patience };
-                if shared.waited(told).is_some_and(|waited| waited > patience) {
+                if waited > patience {
                     shared.is_cut.store(true, Ordering::Relaxed);
                     return orders.cut();
                 }

@@ -1,131 +1,133 @@
-//! What a job of ranks can leave behind on this host: processes in groups of their own, and MPI's files in shared memory.
+//! What a job of ranks can leave behind on this host: processes, and the files of MPI, which have folders of their own.
 //!
-//! Enters: where its ranks run, and the link that each has in its environment. Leaves: nothing of them, and nothing else is
-//! touched: a number of a process that stands for another one by now, and a file that was made anew, are left alone.
+//! Enters: the link that each process of the job has in its environment. Leaves: folders, and in the end nothing of the job.
+//! Nothing else is touched: a number of a process that stands for another one by now is left alone.
 
 use std::{
-    collections::BTreeMap,
-    fs,
-    os::unix::fs::MetadataExt as _,
+    env, fs, io, iter,
+    os::unix::fs::DirBuilderExt as _,
     path::{Path, PathBuf},
+    thread,
+    time::{Duration, Instant},
 };
 
-use nappe_cluster::{LINK, Link, RankPlace};
-use rustix::process::{Pid, Signal, getpgid, getpgrp, kill_process, kill_process_group};
+use nappe_cluster::{LINK, Link, SHARED_FOLDER};
+use rustix::process::{Pid, Signal, kill_process};
 
-/// Where Open MPI keeps the memory that ranks of a host share, and how its files are called.
-const SHARED_MEMORY: &str = "/dev/shm/";
-const SEGMENTS: [&str; 2] = ["vader_segment.", "sm_segment."];
+/// Where Linux has files that are memory.
+const SHARED_MEMORY: &str = "/dev/shm";
+/// The variable that says where temporary files are made.
+const TEMPORARY: &str = "TMPDIR";
+/// How long is waited for the end of processes that are killed, and how often they are looked for.
+const END: Duration = Duration::from_millis(500);
+const TICK: Duration = Duration::from_millis(2);
 
-/// What a job can leave behind on this host.
-#[derive(Debug, Default)]
+/// What a job can leave behind on this host. It is ended with this value.
+#[derive(Debug)]
 pub(super) struct Remains {
-    ranks: Vec<Rank>,
-    /// Numbers of the files in their file system, by path.
-    segments: BTreeMap<PathBuf, u64>,
-}
-
-/// A rank on this host.
-#[derive(Clone, Debug)]
-struct Rank {
-    process: Pid,
-    group: Option<Pid>,
-    /// The variable that it was started with: no process of another job has it.
+    /// The variable that its processes are started with: no process of another job has it.
     mark: String,
+    /// The folder for temporary files.
+    temporary: PathBuf,
+    /// The folder for memory that ranks share; none where the system has no place for it.
+    shared: Option<PathBuf>,
 }
 
 impl Remains {
-    /// Of a job whose ranks run there, and were handed this link.
-    pub(super) fn of(places: &[RankPlace], link: &Link) -> Self {
-        let system = rustix::system::uname();
-        let here = places.iter().filter(|place| place.host.as_bytes() == system.nodename().to_bytes());
-        let rank = |place: &RankPlace| {
-            let mark = format!("{LINK}={link}");
-            Some(Rank { process: pid(place.process)?, group: pid(place.group), mark })
-        };
-        let ranks: Vec<Rank> = here.filter_map(rank).filter(Rank::is_there).collect();
-        let segments = ranks.iter().flat_map(Rank::segments).collect();
-        Self { ranks, segments }
+    /// Of a job that is to be started with this link, and with [`Remains::variables`].
+    ///
+    /// # Errors
+    /// When the system makes no folder for temporary files.
+    pub(super) fn new(link: &Link) -> io::Result<Self> {
+        let mut number = [0; 8];
+        getrandom::fill(&mut number).map_err(io::Error::other)?;
+        let name = format!("nappe-ranks-{:016x}", u64::from_ne_bytes(number));
+        let temporary = make_folder(env::temp_dir().join(&name))?;
+        // Without it MPI takes the other one.
+        let shared = make_folder(Path::new(SHARED_MEMORY).join(&name)).ok();
+        Ok(Self { mark: format!("{LINK}={link}"), temporary, shared })
     }
 
-    /// Ends what is left of it.
-    pub(super) fn end(&self) {
-        for rank in self.ranks.iter().filter(|rank| rank.is_there()) {
-            // A process may end at any time.
-            let group = getpgid(Some(rank.process)).ok();
-            if let Some(group) = group.filter(|group| rank.group == Some(*group) && *group != getpgrp()) {
-                let _ = kill_process_group(group, Signal::KILL);
+    /// What tells the processes of the job of its folders. A folder for shared memory that the user chose stays.
+    pub(super) fn variables(&self) -> impl Iterator<Item = (&'static str, &Path)> {
+        let free = SHARED_FOLDER.into_iter().filter(|name| env::var_os(name).is_none());
+        let shared = free.filter_map(move |name| Some((name, self.shared.as_deref()?)));
+        shared.chain([(TEMPORARY, &*self.temporary)])
+    }
+
+    /// The folders of the job.
+    pub(super) fn folders(&self) -> impl Iterator<Item = &Path> {
+        iter::once(&*self.temporary).chain(self.shared.as_deref())
+    }
+
+    /// Kills the processes of the job, and waits until they are gone: they may be making files.
+    fn end_processes(&self) {
+        let begin = Instant::now();
+        loop {
+            let left = self.processes();
+            for process in &left {
+                // It may end at any time.
+                let _ = kill_process(*process, Signal::KILL);
             }
-            let _ = kill_process(rank.process, Signal::KILL);
-        }
-        for (path, number) in &self.segments {
-            if inode(path) == Some(*number) {
-                // MPI may have removed it meanwhile.
-                let _ = fs::remove_file(path);
+            if left.is_empty() || begin.elapsed() > END {
+                return;
             }
+            thread::sleep(TICK);
         }
     }
-}
 
-impl Rank {
-    /// Whether its process is there, and is of this job.
-    fn is_there(&self) -> bool {
-        let environment = self.read("environ");
+    /// The processes of the job that are there.
+    fn processes(&self) -> Vec<Pid> {
+        let Ok(all) = fs::read_dir("/proc") else { return Vec::new() };
+        let numbers = all.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<i32>().ok());
+        numbers.filter(|number| self.has(*number)).filter_map(Pid::from_raw).collect()
+    }
+
+    /// Whether a process is of this job. One that has ended has no environment any more, and those of others cannot be read.
+    fn has(&self, process: i32) -> bool {
+        let environment = fs::read(format!("/proc/{process}/environ")).unwrap_or_default();
         environment.split(|byte| *byte == 0).any(|variable| variable == self.mark.as_bytes())
     }
+}
 
-    /// Files of shared memory that its process has open, with their numbers.
-    fn segments(&self) -> Vec<(PathBuf, u64)> {
-        let maps = self.read("maps");
-        let maps = String::from_utf8_lossy(&maps);
-        let path = |line: &str| {
-            let name = &line[line.find(SHARED_MEMORY)? + SHARED_MEMORY.len()..];
-            let is_segment = SEGMENTS.iter().any(|start| name.starts_with(start)) && !name.contains('/');
-            is_segment.then(|| Path::new(SHARED_MEMORY).join(name))
-        };
-        let paths = maps.lines().filter_map(path);
-        paths.filter_map(|path| inode(&path).map(|number| (path, number))).collect()
-    }
-
-    /// A file that Linux has of its process; nothing where there is none.
-    fn read(&self, name: &str) -> Vec<u8> {
-        fs::read(format!("/proc/{}/{name}", self.process.as_raw_pid())).unwrap_or_default()
+impl Drop for Remains {
+    fn drop(&mut self) {
+        self.end_processes();
+        for folder in self.folders() {
+            // What cannot be removed is in nobody's way.
+            let _ = fs::remove_dir_all(folder);
+        }
     }
 }
 
-/// The number of a file in its file system.
-fn inode(path: &Path) -> Option<u64> {
-    fs::symlink_metadata(path).ok().map(|file| file.ino())
-}
-
-/// A process or a group that can be ended: 0 and 1 stand for others than they say.
-fn pid(number: u32) -> Option<Pid> {
-    i32::try_from(number).ok().filter(|number| *number > 1).and_then(Pid::from_raw)
+/// Makes a folder that only this user may enter.
+fn make_folder(path: PathBuf) -> io::Result<PathBuf> {
+    let made = fs::DirBuilder::new().mode(0o700).create(&path);
+    made.map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
+    Ok(path)
 }
 
 #[cfg(test)]
 mod tests {
     use std::{
-        os::unix::process::CommandExt as _,
+        os::unix::{fs::MetadataExt as _, process::CommandExt as _},
         process::{Child, Command, Stdio},
-        thread,
-        time::{Duration, Instant},
     };
+
+    use rustix::process::kill_process_group;
 
     use super::*;
 
-    fn link(token: u8) -> Link {
-        Link { address: "127.0.0.1:1".to_owned(), token: [token; 16], threads: 1 }
+    fn remains(token: u8) -> (Remains, Link) {
+        let link = Link { address: "127.0.0.1:1".to_owned(), token: [token; 16], threads: 1 };
+        (Remains::new(&link).expect("folders"), link)
     }
 
     /// A process in a group of its own, with a link in its environment; it is there when this returns.
-    fn process(link: &Link) -> (Child, RankPlace) {
+    fn process(link: &Link) -> Child {
         let mut command = Command::new("sleep");
         command.arg("600").env(LINK, link.to_string()).process_group(0).stdin(Stdio::null());
-        let child = command.spawn().expect("sleep starts");
-        let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
-        let place = RankPlace { host, process: child.id(), group: child.id() };
-        (child, place)
+        command.spawn().expect("sleep starts")
     }
 
     /// Whether a process ends by itself or is ended, however busy the machine is.
@@ -135,35 +137,43 @@ mod tests {
             if child.try_wait().expect("it can be asked").is_some() {
                 return true;
             }
-            thread::sleep(Duration::from_millis(2));
+            thread::sleep(TICK);
         }
         false
     }
 
     #[test]
-    fn ranks_of_the_job_on_this_host_are_ended_and_no_others() {
-        let (mut own, own_place) = process(&link(1));
-        let (mut other, other_place) = process(&link(2));
-        let (mut away, away_place) = process(&link(1));
-        let away_place = RankPlace { host: "elsewhere.example".to_owned(), ..away_place };
-        let stopped = kill_process_group(Pid::from_child(&own), Signal::STOP);
+    fn processes_of_the_job_are_ended_and_no_others() {
+        let ((own_remains, own_link), (_other_remains, other_link)) = (remains(1), remains(2));
+        let [mut first, mut second, mut other] = [&own_link, &own_link, &other_link].map(process);
+        let stopped = kill_process_group(Pid::from_child(&first), Signal::STOP);
         stopped.expect("it is there");
 
-        Remains::of(&[own_place, other_place, away_place], &link(1)).end();
-        assert!(ends(&mut own), "a stopped rank is ended");
-        for child in [&mut other, &mut away] {
-            assert!(
-                child.try_wait().expect("it can be asked").is_none(),
-                "a process of another job is ended"
-            );
-            child.kill().expect("it is there");
-            child.wait().expect("it ends");
-        }
+        drop(own_remains);
+        assert!(ends(&mut first) && ends(&mut second), "one that is stopped is ended too");
+        let is_left = other.try_wait().expect("it can be asked").is_none();
+        assert!(is_left, "a process of another job is ended");
+        other.kill().expect("it is there");
+        other.wait().expect("it ends");
     }
 
     #[test]
-    fn numbers_that_stand_for_many_processes_are_no_ranks() {
-        assert_eq!([0, 1, u32::MAX].map(pid), [None; 3]);
-        assert!(pid(2).is_some());
+    fn a_job_has_folders_of_its_own_that_are_gone_with_all_that_is_in_them() {
+        let (first, _) = remains(3);
+        let (second, _) = remains(3);
+        let [own, others] =
+            [&first, &second].map(|remains| remains.folders().map(Path::to_path_buf).collect::<Vec<_>>());
+        assert!(own.iter().all(|folder| !others.contains(folder)));
+        let temporary = first.variables().find(|(name, _)| *name == TEMPORARY).map(|(_, folder)| folder);
+        assert_eq!(temporary, own.first().map(PathBuf::as_path));
+        for folder in &own {
+            let mode = fs::metadata(folder).expect("it is there").mode();
+            assert_eq!(mode & 0o077, 0, "others may enter {}", folder.display());
+            fs::create_dir(folder.join("session")).expect("a folder is made");
+            fs::write(folder.join("session/segment"), "memory").expect("a file is written");
+        }
+        drop(first);
+        assert!(!own.iter().any(|folder| folder.exists()));
+        assert!(others.iter().all(|folder| folder.is_dir()), "folders of another job are removed");
     }
 }

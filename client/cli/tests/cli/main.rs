@@ -23,6 +23,7 @@ mod viewer;
 mod ranks;
 mod ranks_lost;
 mod ranks_hung;
+mod ranks_stopped;
 mod ranks_hosts;
 mod links;
 mod tokens;

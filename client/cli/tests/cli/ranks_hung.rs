@@ -1,16 +1,12 @@
 //! Ranks and launchers that are stopped, as a computer that hangs stops them: sessions and servers end all the same.
 
-use std::{
-    collections::BTreeSet,
-    fs,
-    path::{Path, PathBuf},
-};
+use std::collections::BTreeSet;
 
 use serde_json::Value;
 
 use crate::{
     ranks::{LAUNCHER, has_ranks},
-    ranks_lost::{are_gone, processes, send},
+    ranks_lost::{Job, processes, send},
     support::{Folder, SMALL_SCENE, Server, folder, until, write_scene},
 };
 
@@ -19,12 +15,6 @@ struct Place {
     server: Server,
     scene: String,
     _folder: Folder,
-}
-
-/// A launcher and its ranks.
-struct Job {
-    launcher: u32,
-    ranks: Vec<u32>,
 }
 
 /// Which process of a job hangs.
@@ -64,29 +54,15 @@ impl Place {
         let launchers = processes(self.server.id(), "mpirun");
         assert_eq!(ranks.len(), size);
         let launcher = *launchers.last().expect("a launcher");
+        let job = Job::of(launcher, ranks);
         send(
             "STOP",
             match hung {
-                Hung::Rank(number) => ranks[number],
-                Hung::Launcher => launcher,
+                Hung::Rank(number) => job.ranks[number],
+                Hung::Launcher => job.launcher,
             },
         );
-        Job { launcher, ranks }
-    }
-}
-
-impl Job {
-    fn is_gone(&self) -> bool {
-        are_gone(&self.ranks) && are_gone(&[self.launcher])
-    }
-
-    /// Its files in shared memory.
-    fn segments(&self) -> BTreeSet<PathBuf> {
-        let maps = |rank: &u32| fs::read_to_string(format!("/proc/{rank}/maps")).unwrap_or_default();
-        let maps: Vec<String> = self.ranks.iter().map(maps).collect();
-        let lines = maps.iter().flat_map(|maps| maps.lines());
-        let path = |line: &str| Some(Path::new(&line[line.find("/dev/shm/")?..]).to_owned());
-        lines.filter_map(path).filter(|path| path.to_string_lossy().contains("_segment.")).collect()
+        job
     }
 }
 
@@ -98,12 +74,10 @@ fn a_session_of_which_a_process_hangs_is_deleted_with_all_of_its_job() {
     let place = Place::new(&["--max-sessions", "1"]);
     for (size, hung) in CASES {
         let job = place.hang("hung", size, hung);
-        let segments = job.segments();
         place.server.nappe(&["delete", "hung"]).ok();
         // The place of the only session that there may be.
         place.server.nappe(&["create", &place.scene, "--id", "next"]).ok();
         until("nothing is left", || job.is_gone());
-        until("no shared memory is left", || !segments.iter().any(|path| path.exists()));
         place.server.nappe(&["delete", "next"]).ok();
     }
 }
