@@ -7,12 +7,12 @@ use nappe_proto::v1::{
     self, MeshHeader, UploadMeshRequest, create_session_request::Scene,
     simulation_service_client::SimulationServiceClient, upload_mesh_request::Part,
 };
-use nappe_server::{App, Config, Limits};
+use nappe_server::{App, Limits};
 use nappe_sim::mesh::TriangleMesh;
 use tonic::transport::Channel;
 use tonic_types::StatusExt as _;
 
-use crate::{HANGS, IGNORED, alone, patient, peak_since, requests::runtime, used};
+use crate::{IGNORED, alone, peak_since, requests::runtime, server, used};
 
 type Client = SimulationServiceClient<Channel>;
 
@@ -21,16 +21,9 @@ const ROOM: u64 = 4 << 30;
 /// Memory (bytes) of a server without room for a scene, but for its mesh.
 const SCANT: u64 = 16 << 20;
 
-async fn server(max_server_bytes: u64) -> (App, Client) {
+async fn with_client(max_server_bytes: u64) -> (App, Client) {
     let limits = Limits { max_server_bytes, history_bytes_per_session: 1, ..Limits::default() };
-    let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts");
-    let channel = Channel::from_shared(app.url())
-        .expect("a URL")
-        .timeout(HANGS)
-        .connect()
-        .await
-        .expect("the server answers");
+    let (app, channel) = server(limits).await;
     (app, SimulationServiceClient::new(channel))
 }
 
@@ -82,12 +75,12 @@ async fn with_mesh(client: &mut Client, text: &str) -> String {
 
 /// Estimated and found bytes of a session: while it is built and takes its first steps, and after them.
 async fn compare(text: &str, precision: v1::Precision) -> [[u64; 2]; 2] {
-    let (app, mut client) = server(SCANT).await;
+    let (app, mut client) = with_client(SCANT).await;
     let own = with_mesh(&mut client, text).await;
     let [build, _] = refused(&mut client, request(&own, precision)).await;
     app.shutdown().await;
 
-    let (app, mut client) = server(ROOM).await;
+    let (app, mut client) = with_client(ROOM).await;
     let own = with_mesh(&mut client, text).await;
     let (room, before) = (left(&mut client).await, used());
     let peak = peak_since(async {
@@ -138,7 +131,7 @@ struct Stepped {
 
 /// Makes a session on a server of its own with so much memory (bytes), and takes a step.
 async fn first_step(text: &str, max_server_bytes: u64) -> Stepped {
-    let (app, mut client) = server(max_server_bytes).await;
+    let (app, mut client) = with_client(max_server_bytes).await;
     let (room, mut reason) = (left(&mut client).await, None);
     let peak = peak_since(async {
         let made =

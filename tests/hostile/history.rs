@@ -3,10 +3,9 @@
 use nappe_proto::v1::{
     self, create_session_request::Scene, simulation_service_client::SimulationServiceClient,
 };
-use nappe_server::{App, Config, Limits};
-use tonic::transport::Channel;
+use nappe_server::Limits;
 
-use crate::{HANGS, alone, patient, used};
+use crate::{alone, server, used};
 
 /// `count` particles without springs, a frame after each step.
 fn dust(count: u32) -> String {
@@ -19,14 +18,7 @@ fn dust(count: u32) -> String {
 /// Bytes that a session of so many particles grows by in so many frames, with `budget` bytes for frames.
 async fn growth(count: u32, frames: u64, budget: u64) -> usize {
     let limits = Limits { history_bytes_per_session: budget, ..Limits::default() };
-    let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts");
-    let channel = Channel::from_shared(app.url())
-        .expect("a URL")
-        .timeout(HANGS)
-        .connect()
-        .await
-        .expect("the server answers");
+    let (app, channel) = server(limits).await;
     let mut client = SimulationServiceClient::new(channel);
     let request = v1::CreateSessionRequest {
         scene: Some(Scene::SceneText(dust(count))),

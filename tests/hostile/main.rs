@@ -27,9 +27,10 @@ use std::{
 };
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits};
-use nappe_server::Config;
+use nappe_server::{App, Config, Limits};
 use nappe_sim::{math::Precision, world::Simulation};
 use nappe_tests::threads::with_threads;
+use tonic::transport::Channel;
 
 struct Counting;
 
@@ -137,10 +138,10 @@ pub(crate) fn alone() -> MutexGuard<'static, ()> {
 }
 
 /// A call that takes this long hangs.
-pub(crate) const HANGS: Duration = Duration::from_mins(5);
+const HANGS: Duration = Duration::from_mins(5);
 
 /// Times so long that a busy machine breaks none of them: what one test's server has is gone when the next one counts.
-pub(crate) fn patient() -> Config {
+fn patient() -> Config {
     Config {
         drain_seconds: 300.0,
         drain_stall_seconds: 300.0,
@@ -149,6 +150,19 @@ pub(crate) fn patient() -> Config {
         upload_idle_seconds: 300.0,
         ..Config::default()
     }
+}
+
+/// A server with limits that asks for no token, and a connection to it.
+pub(crate) async fn server(limits: Limits) -> (App, Channel) {
+    let address = "127.0.0.1:0".parse().expect("an address");
+    let app = App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts");
+    let channel = Channel::from_shared(app.url())
+        .expect("a URL")
+        .timeout(HANGS)
+        .connect()
+        .await
+        .expect("the server answers");
+    (app, channel)
 }
 
 /// What the scenes may hold.

@@ -7,10 +7,10 @@ use nappe_proto::v1::{
     self, MeshHeader, UploadMeshRequest, create_session_request::Scene,
     simulation_service_client::SimulationServiceClient, upload_mesh_request::Part,
 };
-use nappe_server::{App, Config, Limits};
+use nappe_server::{App, Limits};
 use tonic::{Code, transport::Channel};
 
-use crate::{HANGS, IGNORED, alone, patient, peak_since, requests::runtime};
+use crate::{IGNORED, alone, peak_since, requests::runtime, server};
 
 type Client = SimulationServiceClient<Channel>;
 
@@ -19,17 +19,10 @@ const POINTS: u64 = 100_000;
 /// Bytes from which an allocation only shows that there is so much.
 const SEEN_ONLY: usize = 128 << 20;
 
-async fn server() -> (App, Client) {
-    let address = "127.0.0.1:0".parse().expect("an address");
+async fn with_client() -> (App, Client) {
     let limits =
         Limits { max_server_bytes: 1 << 30, history_bytes_per_session: 1 << 20, ..Limits::default() };
-    let app = App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts");
-    let channel = Channel::from_shared(app.url())
-        .expect("a URL")
-        .timeout(HANGS)
-        .connect()
-        .await
-        .expect("the server answers");
+    let (app, channel) = server(limits).await;
     (app, SimulationServiceClient::new(channel))
 }
 
@@ -66,7 +59,7 @@ async fn upload(client: &mut Client) -> String {
 fn states_by_the_id_of_an_upload_copy_nothing_that_waits_or_is_refused() {
     let _alone = alone();
     runtime().block_on(async {
-        let (app, mut client) = server().await;
+        let (app, mut client) = with_client().await;
         let (all, few) = (session(&mut client, POINTS).await, session(&mut client, 10).await);
         let mesh = upload(&mut client).await;
         let states = |id: &str, count: usize| {
@@ -115,7 +108,7 @@ fn a_name_of_many_particles_in_a_scene_counts_as_many_or_once() {
     // What the server asks for only to see whether it is there is larger than all that these scenes take.
     IGNORED.store(SEEN_ONLY, Ordering::Relaxed);
     runtime().block_on(async {
-        let (app, mut client) = server().await;
+        let (app, mut client) = with_client().await;
         let forces = "[[body.force]]\non = \"all\"\nforce = [0, 1, 0]\n".repeat(10_000);
         let moving = "[[body.moving_pin]]\npin = \"left\"\noffset = [0, 1, 0]\nduration = 1\n".repeat(10_000);
         // Of a grid of one column, the left side has all particles: lists of 4 GB, 100 GB and 400 MB.

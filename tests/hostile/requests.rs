@@ -5,7 +5,7 @@ use nappe_proto::v1::{
     self, MeshHeader, UploadMeshRequest, simulation_service_client::SimulationServiceClient,
     upload_mesh_request::Part,
 };
-use nappe_server::{App, Config, Limits};
+use nappe_server::Limits;
 use tonic::{
     Code, Status,
     client::Grpc,
@@ -13,7 +13,7 @@ use tonic::{
     transport::Channel,
 };
 
-use crate::{HANGS, alone, patient, peak_since};
+use crate::{alone, peak_since, server};
 
 /// Sends bytes as they are, and reads nothing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,18 +54,6 @@ impl Decoder for Raw {
     }
 }
 
-async fn server() -> (App, Channel) {
-    let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, no_token: true, ..patient() }).expect("the server starts");
-    let channel = Channel::from_shared(app.url())
-        .expect("a URL")
-        .timeout(HANGS)
-        .connect()
-        .await
-        .expect("the server answers");
-    (app, channel)
-}
-
 /// Most bytes that the process took at a time while a request of these bytes was answered.
 async fn peak_of(channel: &Channel, method: &'static str, bytes: Vec<u8>) -> (usize, Code) {
     let mut grpc = Grpc::new(channel.clone());
@@ -93,7 +81,7 @@ pub(crate) fn runtime() -> tokio::runtime::Runtime {
 fn empty_elements_of_a_request_never_become_memory() {
     let _alone = alone();
     runtime().block_on(async {
-        let (app, channel) = server().await;
+        let (app, channel) = server(Limits::default()).await;
         let size = Limits::default().max_message_bytes as usize - 2;
 
         // Springs and pins of no bytes; a number of an enum in one byte, together and each by itself.
@@ -148,7 +136,7 @@ async fn upload(client: &mut SimulationServiceClient<Channel>, header: MeshHeade
 fn an_upload_takes_little_more_than_its_size() {
     let _alone = alone();
     runtime().block_on(async {
-        let (app, channel) = server().await;
+        let (app, channel) = server(Limits::default()).await;
         let mut client = SimulationServiceClient::new(channel);
         let cases = [
             [4_000_000, 0, 0, 0],
