@@ -21,6 +21,7 @@ mod test;
 mod bench;
 mod clients;
 mod nginx;
+mod machine_code;
 mod mutants;
 mod tutorials;
 mod typescript;

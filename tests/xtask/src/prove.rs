@@ -4,7 +4,7 @@
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, drill, laws, mutants, nginx, python,
+    additions, clients, drill, laws, machine_code, mutants, nginx, python,
     shell::{Failure, Shell},
     suites, tutorials, typescript, viewer, ways, web,
 };
@@ -32,7 +32,7 @@ const PARTS: [Part; 7] = [
     ("service", service),
     ("viewer", viewer::prove),
     ("docs", docs),
-    ("builds", ways::prove),
+    ("builds", builds),
 ];
 
 /// Proves the parts named in `names`, or all; of the laws alone as options say.
@@ -93,6 +93,11 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     web::loads(shell)?;
     python::measure(shell)?;
     typescript::measure(shell)
+}
+
+fn builds(shell: &mut Shell) -> Result<(), Failure> {
+    machine_code::prove(shell)?;
+    ways::prove(shell)
 }
 
 fn docs(shell: &mut Shell) -> Result<(), Failure> {

@@ -2,6 +2,7 @@
 
 mod number;
 mod vector;
+mod precision;
 mod real;
 pub(crate) mod bytes;
 pub mod array;
@@ -10,15 +11,16 @@ mod svd;
 mod exp;
 
 pub use number::{four_digits, number};
-pub use real::{Padded, Precision, Real, Sixteen};
+pub use precision::Precision;
+pub use real::{Padded, Real, Sixteen};
 pub use simd::{MissingInstructions, SimdLevel, check_processor, force_simd_level, simd_level};
 pub use vector::{Mat3, Vec3};
 
 pub(crate) use array::three;
 pub(crate) use bytes::Bytes;
 pub(crate) use exp::exp;
-pub(crate) use real::{LANES, Pack, Record};
-pub(crate) use simd::{Portable, WithSimd, dispatch};
+pub(crate) use real::{LANES, Lanes, Pack, Record};
+pub(crate) use simd::{Portable, WithSimd, dispatch, prefetch};
 pub(crate) use svd::{Columns, Svd, cross3, dot3, orthogonalize, svd};
 
 /// Converts a vector of a scene (binary64) to the state's precision.

@@ -3,48 +3,11 @@
 //! The precision is chosen per session at run time; sums are binary64 whatever it is. The two kinds
 //! of number stand in one file since each names the other.
 
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
 use bytemuck::Zeroable;
-use serde::{Deserialize, Serialize};
 
-use std::{
-    fmt,
-    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
-};
-
-use super::vector::Vec3;
-
-/// How positions and velocities are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Precision {
-    /// IEEE 754 binary32, 24 bits of significand.
-    F32,
-    /// IEEE 754 binary64, 53 bits of significand.
-    F64,
-}
-
-impl Precision {
-    /// Both precisions, the narrower first.
-    pub const ALL: [Self; 2] = [Self::F32, Self::F64];
-
-    /// `f32` or `f64`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-        }
-    }
-
-    /// The precision of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|precision| precision.name() == name)
-    }
-}
-
-impl fmt::Display for Precision {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
+use super::{precision::Precision, vector::Vec3};
 
 /// Packs of a number at each level of x86-64. Not visible outside, which also seals [`Real`].
 pub(crate) trait Packed: Copy {
@@ -258,23 +221,38 @@ impl<P, T> Arithmetic<T> for P where
 {
 }
 
+/// As many of sixteen lanes as a kernel works on at a time: all of them, or one register's, where a kernel keeps more
+/// values than there are registers for all. Lanes never meet, so that both give the same bits.
+pub(crate) trait Lanes:
+    Arithmetic<Self> + Arithmetic<<Self as Lanes>::Number> + AddAssign + SubAssign + Copy + Send + Sync
+{
+    /// What a lane holds.
+    type Number: Real;
+    /// How many of them make sixteen lanes.
+    const PARTS: usize;
+
+    fn load_part(values: &[Self::Number; LANES], part: usize) -> Self;
+    fn store_part(self, values: &mut [Self::Number; LANES], part: usize);
+    /// The three components of both vectors of the records that are named in these lanes.
+    ///
+    /// # Safety
+    /// Every index is below `records.len()`.
+    #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
+    unsafe fn gather_part(
+        records: &[Record<Self::Number>],
+        indices: &[u16; LANES],
+        part: usize,
+    ) -> [[Self; 3]; 2];
+}
+
 /// Sixteen numbers; every operation is that of IEEE 754 in each lane, never fused. `-x` is 0 - x:
 /// zeros become +0.
 ///
 /// Only `dispatch` chooses an implementation, after it has found its instructions on the
 /// processor: that is what makes calling the methods sound.
-pub(crate) trait Pack:
-    Arithmetic<Self>
-    + Arithmetic<<Self as Pack>::Number>
-    + Neg<Output = Self>
-    + AddAssign
-    + SubAssign
-    + Copy
-    + Send
-    + Sync
-{
-    /// What a lane holds.
-    type Number: Real;
+pub(crate) trait Pack: Lanes + Neg<Output = Self> {
+    /// The lanes of one register.
+    type Register: Lanes<Number = Self::Number>;
     /// The same lanes in binary64.
     type Wide: Pack<Number = f64>;
 
@@ -341,8 +319,12 @@ pub(crate) trait Pack:
     ///
     /// # Safety
     /// Every index is below `records.len()`.
-    #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
-    unsafe fn gather(records: &[Record<Self::Number>], indices: &[u16; LANES]) -> [[Self; 3]; 2];
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "as for the method that it calls")]
+    unsafe fn gather(records: &[Record<Self::Number>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
+        // SAFETY: the caller promises indices in range.
+        unsafe { Self::gather_part(records, indices, 0) }
+    }
 
     /// The lesser of two; the other where one is NaN or both are zero.
     fn min(self, other: Self) -> Self;

@@ -250,7 +250,7 @@ impl<R: Real> Block<'_, R> {
             stretch: Stretch::none(),
             aim: PhantomData,
         };
-        springs.fold_block(self.number, [self.x, self.v], &mut self.scratch.records, &mut fold);
+        springs.fold_block::<P>(self.number, [self.x, self.v], &mut self.scratch.records, &mut fold);
         let (energy, power, stretch) = (fold.energy, fold.power, fold.stretch);
         // Both ends count a spring.
         let mut elastic = lane_sums([energy, power]).map(|sum| 0.5 * sum);

@@ -4,7 +4,7 @@ use super::{external::Acting, numbers::StepNumbers};
 use crate::{
     cloth::settings::{Aim, RightHandSide},
     linalg::lane_sums,
-    math::{LANES, Pack, Real, Vec3, array::dot, array3},
+    math::{LANES, Pack, Real, Vec3, array::dot, array3, three},
 };
 
 /// Sums of a block, in the order of [`Total`], and the greatest component of a position.
@@ -133,9 +133,10 @@ impl<W: Pack<Number = f64>> Figures<W> {
     #[inline(always)]
     pub(crate) fn new<R: Real, A: Aim>(numbers: &StepNumbers<R>) -> Self {
         let zero = W::zero();
+        let (gravity, wind) = (array3(&numbers.gravity), array3(&numbers.wind));
         Self {
-            gravity: array3(&numbers.gravity).map(W::splat),
-            wind: array3(&numbers.wind).map(W::splat),
+            gravity: three!(|c| W::splat(gravity[c])),
+            wind: three!(|c| W::splat(wind[c])),
             h: W::of(numbers.scheme.h),
             drag: W::of(if A::HAS_MATRIX { numbers.scheme.h } else { 1.0 } * numbers.drag.to_f64()),
             kinetic: zero,

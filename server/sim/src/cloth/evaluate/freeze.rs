@@ -64,7 +64,7 @@ impl<R: Real> WithSimd<R> for FreezeBlock<'_, R> {
             first_slot: springs.slots(self.number).start,
             tangent: self.tangent,
         };
-        springs.fold_block(self.number, [self.x, self.x], self.records, &mut fold);
+        springs.fold_block::<P>(self.number, [self.x, self.x], self.records, &mut fold);
     }
 }
 
@@ -81,10 +81,10 @@ impl<P: Pack> Fold<P> for Freeze<'_, P> {
     type Sums = ();
 
     #[inline(always)]
-    fn sums(&self, _: usize) {}
+    fn sums(&self, _: [usize; 2]) {}
 
     #[inline(always)]
-    fn add(&mut self, (): &mut (), slot: usize, d: [P; 3], _: [P; 3]) {
+    fn add(&mut self, (): &mut (), [slot, _]: [usize; 2], d: [P; 3], _: [P; 3]) {
         let law = &self.laws[self.springs.pattern_of[slot] as usize];
         let spring = Spring::new(d, P::load(&self.springs.rest_lengths[slot]));
         let [_, b] = spring.tangent(P::load(&law.elastic), P::load(&law.viscous), self.mirror);
@@ -92,5 +92,5 @@ impl<P: Pack> Fold<P> for Freeze<'_, P> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, _: usize, (): ()) {}
+    fn keep(&mut self, _: [usize; 2], (): ()) {}
 }

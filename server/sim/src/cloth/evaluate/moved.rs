@@ -130,7 +130,8 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         (inv_m, share): (P, f64),
     ) {
         let drag = numbers.drag.to_f64();
-        let wind = array3(&numbers.wind).map(W::splat);
+        let wind = array3(&numbers.wind);
+        let wind = three!(|c| W::splat(wind[c]));
         let (at, before, after) = (P::widen3(at), P::widen3(before), P::widen3(after));
         let (accounted, inv_m) = (P::widen3(accounted), inv_m.widen());
         let (kick, half) = (three!(|c| before[c] + after[c]), W::of(0.5 * share));
@@ -162,7 +163,8 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
     ) {
         let (m, inv_m) =
             (lanes_at::<P>(weights.m, group).widen(), lanes_at::<P>(weights.inv_m, group).widen());
-        let wind = array3(&weights.numbers.wind).map(W::splat);
+        let wind = array3(&weights.numbers.wind);
+        let wind = three!(|c| W::splat(wind[c]));
         let drag = W::of(weights.numbers.drag.to_f64());
         self.add_change(m, change);
         let (mut own, mut along) = (drag * dot(new, new), drag * dot(new, wind));

@@ -54,7 +54,7 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
     type Sums = RowSums<P>;
 
     #[inline(always)]
-    fn sums(&self, group: usize) -> RowSums<P> {
+    fn sums(&self, [group, _]: [usize; 2]) -> RowSums<P> {
         let diagonal = if A::HAS_MATRIX { load_six(&self.diagonal[group]) } else { [P::Wide::zero(); 6] };
         let (bounds, rate) = if A::IS_BOUNDED {
             let [stiffness, damping] = &self.stiffness[group];
@@ -66,7 +66,7 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
     }
 
     #[inline(always)]
-    fn add(&mut self, sums: &mut RowSums<P>, slot: usize, d: [P; 3], w: [P; 3]) {
+    fn add(&mut self, sums: &mut RowSums<P>, [slot, _]: [usize; 2], d: [P; 3], w: [P; 3]) {
         let pattern = self.springs.pattern_of[slot] as usize;
         let law = &self.laws[pattern];
         let stiffness = P::load(&law.stiffness);
@@ -121,7 +121,7 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, group: usize, sums: RowSums<P>) {
+    fn keep(&mut self, [group, _]: [usize; 2], sums: RowSums<P>) {
         self.rows[group].store(sums.row);
         if A::HAS_MATRIX {
             for c in 0..6 {

@@ -11,7 +11,7 @@ use crate::{
     },
     interrupt::Interrupt,
     linalg::{BlockCsr, LinearOperator, Sums, lanes_at, packs_at},
-    math::{LANES, Mat3, Pack, Padded, Real, Sixteen, WithSimd, array::dot, dispatch, three},
+    math::{LANES, Lanes, Mat3, Pack, Padded, Real, Sixteen, WithSimd, array::dot, dispatch, three},
 };
 
 /// The matrix of a step from the state that was evaluated.
@@ -153,9 +153,14 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
     fn run<P: Pack<Number = R>>(self) -> [f64; 2] {
         let StepMatrix { model, numbers, x, .. } = self.matrix;
         self.q.fill(Sixteen::default());
-        let mut fold = SpringProduct { matrix: self.matrix, q: self.q };
+        let mut fold = SpringProduct {
+            along: &numbers.along,
+            pattern_of: &model.springs.pattern_of,
+            tangent: self.matrix.tangent,
+            q: self.q,
+        };
         let block = self.first_row / model.block_size;
-        model.springs.fold_block::<P>(block, [x, self.p], &mut self.scratch.records, &mut fold);
+        model.springs.fold_block::<P::Register>(block, [x, self.p], &mut self.scratch.records, &mut fold);
         if !model.elements.is_empty() {
             self.matrix.add_elements::<P>(block, self.p, self.q, self.scratch);
         }
@@ -186,23 +191,25 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
 
 /// Adds the springs' blocks a I + b d dᵀ times w = p_i - p_j.
 struct SpringProduct<'a, R: Real> {
-    matrix: StepMatrix<'a, R>,
+    along: &'a [[R; LANES]],
+    pattern_of: &'a [u32],
+    tangent: &'a [[R; LANES]],
     q: &'a mut [Sixteen<R>],
 }
 
-impl<P: Pack> Fold<P> for SpringProduct<'_, P::Number> {
+impl<P: Lanes> Fold<P> for SpringProduct<'_, P::Number> {
     type Sums = [P; 3];
 
     #[inline(always)]
-    fn sums(&self, group: usize) -> [P; 3] {
-        self.q[group].load()
+    fn sums(&self, [group, part]: [usize; 2]) -> [P; 3] {
+        let q = &self.q[group].0;
+        three!(|c| P::load_part(&q[c], part))
     }
 
     #[inline(always)]
-    fn add(&mut self, sums: &mut [P; 3], slot: usize, d: [P; 3], w: [P; 3]) {
-        let StepMatrix { model, numbers, tangent, .. } = self.matrix;
-        let along = P::load(&numbers.along[model.springs.pattern_of[slot] as usize]);
-        let b = P::load(&tangent[slot]);
+    fn add(&mut self, sums: &mut [P; 3], [slot, part]: [usize; 2], d: [P; 3], w: [P; 3]) {
+        let along = P::load_part(&self.along[self.pattern_of[slot] as usize], part);
+        let b = P::load_part(&self.tangent[slot], part);
         let a = along - b * dot(d, d);
         let pull = b * dot(w, d);
         for c in 0..3 {
@@ -211,7 +218,10 @@ impl<P: Pack> Fold<P> for SpringProduct<'_, P::Number> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, group: usize, sums: [P; 3]) {
-        self.q[group].store(sums);
+    fn keep(&mut self, [group, part]: [usize; 2], sums: [P; 3]) {
+        let q = &mut self.q[group].0;
+        for c in 0..3 {
+            sums[c].store_part(&mut q[c], part);
+        }
     }
 }

@@ -4,6 +4,7 @@
 //! first cache and is named by 16 bits: 0 to `block_size` are its own, those after them its halo, in the order in which
 //! the block's items (slots of springs, packs of elements) first name them. A halo that would be too long is cut in
 //! parts, each for some of the items.
+#![allow(unsafe_code, reason = "what a halo names was checked when it was put together")]
 
 use std::ops::Range;
 
@@ -19,9 +20,17 @@ pub(crate) struct Halos {
     /// First part of each block, and one more.
     blocks: Vec<u32>,
     parts: Vec<Part>,
-    /// Particles of all parts, one after the other.
+    /// Particles of all parts, one after the other: each below `count`.
     particles: Vec<u32>,
+    count: usize,
     longest: usize,
+}
+
+/// A part of a block's halo.
+#[derive(Clone, Copy)]
+pub(crate) struct Halo<'a> {
+    particles: &'a [u32],
+    count: usize,
 }
 
 /// Particles, and the items that need no others.
@@ -33,12 +42,18 @@ struct Part {
 
 impl Halos {
     /// The parts of a block: particles, and items.
-    pub(crate) fn parts(&self, block: usize) -> impl Iterator<Item = (&[u32], Range<usize>)> {
-        let parts = self.blocks[block] as usize..self.blocks[block + 1] as usize;
-        self.parts[parts].iter().map(|Part { particles, items }| {
+    pub(crate) fn parts(&self, block: usize) -> impl Iterator<Item = (Halo<'_>, Range<usize>)> {
+        self.parts_of(block).expect("there is such a block")
+    }
+
+    /// The same, if there is such a block.
+    pub(crate) fn parts_of(&self, block: usize) -> Option<impl Iterator<Item = (Halo<'_>, Range<usize>)>> {
+        let parts = *self.blocks.get(block)? as usize..*self.blocks.get(block + 1)? as usize;
+        Some(self.parts[parts].iter().map(|Part { particles, items }| {
             let particles = particles.start as usize..particles.end as usize;
-            (&self.particles[particles], items.start as usize..items.end as usize)
-        })
+            let halo = Halo { particles: &self.particles[particles], count: self.count };
+            (halo, items.start as usize..items.end as usize)
+        }))
     }
 
     /// Particles that a block and any part of its halo hold together, at most.
@@ -53,8 +68,32 @@ impl Halos {
             return (block * self.block_size + local) as u32;
         }
         let mut parts = self.parts(block);
-        let (particles, _) = parts.find(|(_, items)| items.contains(&item)).expect("every item is in a part");
-        particles[local - self.block_size]
+        let (halo, _) = parts.find(|(_, items)| items.contains(&item)).expect("every item is in a part");
+        halo.particles[local - self.block_size]
+    }
+}
+
+impl<'a> Halo<'a> {
+    /// Its particles.
+    pub(crate) fn particles(self) -> &'a [u32] {
+        self.particles
+    }
+
+    /// Copies its particles behind those of the block.
+    ///
+    /// # Panics
+    /// If a field has fewer vectors than the halos were made for.
+    #[inline(always)]
+    pub(crate) fn copy<R: Real>(self, records: &mut [Record<R>], [x, y]: [&[Padded<R>]; 2]) {
+        assert!(x.len() >= self.count && y.len() >= self.count, "two vectors of every particle");
+        // These loads wait for memory. The fewer instructions lie between them, the more of them wait together.
+        for (record, &particle) in records.iter_mut().zip(self.particles) {
+            // SAFETY: every particle of a halo is below `count`: the builder looked it up among as many.
+            unsafe {
+                record.0[0] = *x.get_unchecked(particle as usize);
+                record.0[1] = *y.get_unchecked(particle as usize);
+            }
+        }
     }
 }
 
@@ -69,7 +108,7 @@ pub(crate) struct HaloBuilder {
 impl HaloBuilder {
     /// For so many particles in blocks of a size.
     pub(crate) fn new(count: usize, block_size: usize) -> Self {
-        let halos = Halos { block_size, blocks: vec![0], ..Halos::default() };
+        let halos = Halos { block_size, count, blocks: vec![0], ..Halos::default() };
         Self { halos, seen: vec![(0, 0); count], items: 0 }
     }
 
@@ -130,14 +169,5 @@ pub(crate) fn copy_own<R: Real>(records: &mut [Record<R>], rows: Range<usize>, [
         // Vector by vector: a record that is put together first goes through memory twice.
         record.0[0] = *x;
         record.0[1] = *y;
-    }
-}
-
-/// Copies a part of the halo behind them.
-#[inline(always)]
-pub(crate) fn copy_halo<R: Real>(records: &mut [Record<R>], particles: &[u32], [x, y]: [&[Padded<R>]; 2]) {
-    for (record, &particle) in records.iter_mut().zip(particles) {
-        record.0[0] = x[particle as usize];
-        record.0[1] = y[particle as usize];
     }
 }

@@ -3,6 +3,7 @@
 //! Enters: a network, or several that are one cloth. Leaves: a model, which steps only read. Modules in reading order:
 
 mod halo;
+mod ahead;
 mod rows;
 mod scratch;
 mod lists;

@@ -8,10 +8,13 @@
 
 use std::{collections::BTreeMap, ops::Range};
 
-use super::halo::{HaloBuilder, Halos, copy_halo, copy_own};
+use super::{
+    ahead::Ahead,
+    halo::{HaloBuilder, Halos, copy_own},
+};
 use crate::{
     interrupt,
-    math::{LANES, Pack, Padded, Real, Record},
+    math::{LANES, Lanes, Pack, Padded, Real, Record, three},
 };
 
 /// A spring in the model's numbering.
@@ -39,17 +42,18 @@ pub struct Springs<R> {
     block_size: usize,
 }
 
-/// What is added up over the springs of sixteen rows.
-pub(crate) trait Fold<P: Pack> {
-    /// The sums of sixteen rows.
+/// What is added up over the springs of sixteen rows, all at a time or part by part.
+pub(crate) trait Fold<P: Lanes> {
+    /// The sums of as many rows.
     type Sums: Copy;
-    /// The sums so far of the rows of a group, counted within the block. Mark it and the others `#[inline(always)]`.
-    fn sums(&self, group: usize) -> Self::Sums;
-    /// Adds the springs of a slot: `d` is the own position less the other's (m), `w` the same of the second field. A
-    /// lane without a spring has d = w = 0 and rest length 0.
-    fn add(&mut self, sums: &mut Self::Sums, slot: usize, d: [P; 3], w: [P; 3]);
+    /// The sums so far of a part of the rows of a group, counted within the block. Mark it and the others
+    /// `#[inline(always)]`.
+    fn sums(&self, at: [usize; 2]) -> Self::Sums;
+    /// Adds the springs of a part of a slot: `d` is the own position less the other's (m), `w` the same of the second
+    /// field. A lane without a spring has d = w = 0 and rest length 0.
+    fn add(&mut self, sums: &mut Self::Sums, at: [usize; 2], d: [P; 3], w: [P; 3]);
     /// Takes the sums back.
-    fn keep(&mut self, group: usize, sums: Self::Sums);
+    fn keep(&mut self, at: [usize; 2], sums: Self::Sums);
 }
 
 /// What looks at the springs of a block and at vectors of the particles that they join. It is a trait, since a closure in
@@ -137,7 +141,7 @@ impl<R: Real> Springs<R> {
     /// # Panics
     /// If there is not as much room as [`Self::room`] says.
     #[inline(always)]
-    pub(crate) fn fold_block<P: Pack<Number = R>>(
+    pub(crate) fn fold_block<P: Lanes<Number = R>>(
         &self,
         block: usize,
         fields: [&[Padded<R>]; 2],
@@ -150,15 +154,20 @@ impl<R: Real> Springs<R> {
         copy_own(records, rows.clone(), fields);
 
         let first_group = first_row / LANES;
-        for (particles, slots) in self.halos.parts(block) {
-            copy_halo(&mut records[self.block_size..], particles, fields);
+        for (halo, slots) in self.halos.parts(block) {
+            halo.copy(&mut records[self.block_size..], fields);
+            let mut next = Ahead::of(&self.halos, block, self.block_size);
             for group in 0..rows.len() / LANES {
+                next.ask(fields);
                 let start = (self.starts[first_group + group] as usize).max(slots.start);
                 let end = (self.starts[first_group + group + 1] as usize).min(slots.end);
                 if start < end {
-                    let mut sums = fold.sums(group);
-                    self.fold_group(group, start..end, records, &mut sums, fold);
-                    fold.keep(group, sums);
+                    for part in 0..P::PARTS {
+                        let at = [group, part];
+                        let mut sums = fold.sums(at);
+                        self.fold_group(at, start..end, records, &mut sums, fold);
+                        fold.keep(at, sums);
+                    }
                 }
             }
         }
@@ -182,8 +191,8 @@ impl<R: Real> Springs<R> {
     #[inline(always)]
     pub(crate) fn copy_first_halo(&self, block: usize, fields: [&[Padded<R>]; 2], records: &mut [Record<R>]) {
         assert!(records.len() >= self.room(), "room for a block and its halo");
-        if let Some((particles, _)) = self.halos.parts(block).next() {
-            copy_halo(&mut records[self.block_size..], particles, fields);
+        if let Some((halo, _)) = self.halos.parts(block).next() {
+            halo.copy(&mut records[self.block_size..], fields);
         }
     }
 
@@ -203,18 +212,18 @@ impl<R: Real> Springs<R> {
         assert!(records.len() >= self.room(), "room for a block and its halo");
         let at = block * self.block_size / LANES + group;
         let is_whole = self.halos.parts(block).nth(1).is_none();
-        let mut sums = fold.sums(group);
-        for (particles, slots) in self.halos.parts(block) {
+        let mut sums = fold.sums([group, 0]);
+        for (halo, slots) in self.halos.parts(block) {
             let start = (self.starts[at] as usize).max(slots.start);
             let end = (self.starts[at + 1] as usize).min(slots.end);
             if start < end {
                 if !is_whole {
-                    copy_halo(&mut records[self.block_size..], particles, fields);
+                    halo.copy(&mut records[self.block_size..], fields);
                 }
-                self.fold_group(group, start..end, records, &mut sums, fold);
+                self.fold_group([group, 0], start..end, records, &mut sums, fold);
             }
         }
-        fold.keep(group, sums);
+        fold.keep([group, 0], sums);
     }
 
     /// Shows the springs of a block in the order of slots; the block's particles and its halo are copied into `records`.
@@ -233,11 +242,11 @@ impl<R: Real> Springs<R> {
         for (record, particle) in records.iter_mut().zip(rows) {
             record.0 = visit.vectors(particle);
         }
-        for (particles, slots) in self.halos.parts(block) {
-            for (record, &particle) in records[self.block_size..].iter_mut().zip(particles) {
+        for (halo, slots) in self.halos.parts(block) {
+            for (record, &particle) in records[self.block_size..].iter_mut().zip(halo.particles()) {
                 record.0 = visit.vectors(particle as usize);
             }
-            visit.begin(particles);
+            visit.begin(halo.particles());
             let first_group = block * self.block_size / LANES;
             let mut group = first_group;
             for slot in slots {
@@ -254,10 +263,11 @@ impl<R: Real> Springs<R> {
         }
     }
 
+    /// Folds some slots of a part of a group's rows.
     #[inline(always)]
-    fn fold_group<P: Pack<Number = R>, F: Fold<P>>(
+    fn fold_group<P: Lanes<Number = R>, F: Fold<P>>(
         &self,
-        group: usize,
+        [group, part]: [usize; 2],
         slots: Range<usize>,
         records: &[Record<R>],
         sums: &mut F::Sums,
@@ -265,14 +275,14 @@ impl<R: Real> Springs<R> {
     ) {
         let own = std::array::from_fn(|lane| (group * LANES + lane) as u16);
         // SAFETY: the rows of a group lie within its block, for whose particles there is room.
-        let [x, y] = unsafe { P::gather(records, &own) };
-        for slot in slots {
+        let [x, y] = unsafe { P::gather_part(records, &own, part) };
+        for (slot, names) in slots.clone().zip(&self.neighbours[slots]) {
             // SAFETY: `new` names particles of the block and of the part of its halo that the slot is in: fewer than
             // `room`, which is no more than there are records.
-            let [other_x, other_y] = unsafe { P::gather(records, &self.neighbours[slot]) };
-            let d = [x[0] - other_x[0], x[1] - other_x[1], x[2] - other_x[2]];
-            let w = [y[0] - other_y[0], y[1] - other_y[1], y[2] - other_y[2]];
-            fold.add(sums, slot, d, w);
+            let [other_x, other_y] = unsafe { P::gather_part(records, names, part) };
+            let d = three!(|c| x[c] - other_x[c]);
+            let w = three!(|c| y[c] - other_y[c]);
+            fold.add(sums, [slot, part], d, w);
         }
     }
 }

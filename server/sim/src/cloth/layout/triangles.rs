@@ -1,6 +1,6 @@
 //! Triangles of a body that the air acts on, listed by block.
 
-use super::{halo::copy_halo, lists::Lists, scratch::BlockScratch};
+use super::{lists::Lists, scratch::BlockScratch};
 use crate::math::{Pack, Padded, Real, three};
 
 /// What sixteen triangles add to the matrices of their corners. A trait, and no closure, which would not be compiled for the
@@ -37,8 +37,8 @@ impl Triangles {
     ) {
         let Self(lists) = self;
         assert!(scratch.records.len() >= lists.room(), "room for a block and its halo");
-        for (particles, packs) in lists.halos.parts(block) {
-            copy_halo(&mut scratch.records[lists.block_size..], particles, fields);
+        for (halo, packs) in lists.halos.parts(block) {
+            halo.copy(&mut scratch.records[lists.block_size..], fields);
             for pack in packs {
                 let (x, y) = lists.gather::<P>(pack, &scratch.records);
                 let matrix = law.matrix(x, y);

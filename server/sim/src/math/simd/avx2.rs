@@ -10,9 +10,13 @@ use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Pack, Record},
-    operators::operators,
+    super::{
+        array::three,
+        real::{LANES, Lanes, Pack, Record},
+    },
+    operators::{operators, whole},
     portable::{Portable, quads_by_lanes},
+    register::{F32x8, F64x4},
 };
 
 #[derive(Clone, Copy)]
@@ -49,11 +53,11 @@ operators! {
 /// The operations that are the same for both precisions but for their intrinsics. Registers are
 /// written out one by one: a closure may not be compiled for the instructions that it calls.
 macro_rules! lanewise {
-    ($number:ty, $wide:ty, $registers:literal [$($i:literal)+], $splat:ident, $load:ident, $store:ident,
+    ($number:ty, $register:ty, $wide:ty, $registers:literal [$($i:literal)+], $splat:ident, $load:ident, $store:ident,
      $div:ident, $sqrt:ident, $max:ident, $and:ident, $andnot:ident,
      $cmp:ident, $min:ident, $floor:ident, $or:ident, $blend:ident, $to_bits:ident, $from_bits:ident,
      $shift:ident::<$significand:literal>, $add_bits:ident) => {
-        type Number = $number;
+        type Register = $register;
         type Wide = $wide;
 
         #[inline(always)]
@@ -123,41 +127,26 @@ macro_rules! lanewise {
     };
 }
 
+whole!([] F32x16, f32, |records, indices| {
+    // SAFETY: the caller promises indices in range.
+    let [low, high] =
+        unsafe { [F32x8::gather_part(records, indices, 0), F32x8::gather_part(records, indices, 1)] };
+    let ([x, v], [other_x, other_v]) = (low, high);
+    [
+        [Self::of_two(x[0], other_x[0]), Self::of_two(x[1], other_x[1]), Self::of_two(x[2], other_x[2])],
+        [Self::of_two(v[0], other_v[0]), Self::of_two(v[1], other_v[1]), Self::of_two(v[2], other_v[2])],
+    ]
+});
+
+whole!([] F64x16, f64, |records, indices| {
+    // SAFETY: the caller promises indices in range.
+    unsafe { [Self::gather_one(records, 0, indices), Self::gather_one(records, 1, indices)] }
+});
+
 impl F32x16 {
-    /// Components of both vectors of eight records.
     #[inline(always)]
-    unsafe fn gather_half(records: &[Record<f32>], indices: &[u16]) -> [[__m256; 3]; 2] {
-        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
-        unsafe {
-            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f32>();
-            let a = Self::both(_mm256_loadu_ps(one(0)), _mm256_loadu_ps(one(4)));
-            let b = Self::both(_mm256_loadu_ps(one(1)), _mm256_loadu_ps(one(5)));
-            let c = Self::both(_mm256_loadu_ps(one(2)), _mm256_loadu_ps(one(6)));
-            let d = Self::both(_mm256_loadu_ps(one(3)), _mm256_loadu_ps(one(7)));
-            [Self::three(a[0], b[0], c[0], d[0]), Self::three(a[1], b[1], c[1], d[1])]
-        }
-    }
-
-    /// The first vectors of two records, and the second.
-    #[inline(always)]
-    unsafe fn both(low: __m256, high: __m256) -> [__m256; 2] {
-        unsafe { [_mm256_permute2f128_ps::<0x20>(low, high), _mm256_permute2f128_ps::<0x31>(low, high)] }
-    }
-
-    /// Components of eight vectors in four registers.
-    #[inline(always)]
-    unsafe fn three(a: __m256, b: __m256, c: __m256, d: __m256) -> [__m256; 3] {
-        unsafe {
-            let xy_ab = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
-            let xy_cd = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
-            let z_ab = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
-            let z_cd = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
-            [
-                _mm256_castpd_ps(_mm256_unpacklo_pd(xy_ab, xy_cd)),
-                _mm256_castpd_ps(_mm256_unpackhi_pd(xy_ab, xy_cd)),
-                _mm256_castpd_ps(_mm256_unpacklo_pd(z_ab, z_cd)),
-            ]
-        }
+    fn of_two(low: F32x8, high: F32x8) -> Self {
+        Self([low.0, high.0])
     }
 }
 
@@ -165,32 +154,13 @@ impl F64x16 {
     /// Components of one of the two vectors of sixteen records.
     #[inline(always)]
     unsafe fn gather_one(records: &[Record<f64>], vector: usize, indices: &[u16; LANES]) -> [Self; 3] {
-        let (quarters, _) = indices.as_chunks::<{ LANES / 4 }>();
         // SAFETY: the caller promises indices in range.
         unsafe {
-            let a = Self::gather_quarter(records, vector, &quarters[0]);
-            let b = Self::gather_quarter(records, vector, &quarters[1]);
-            let c = Self::gather_quarter(records, vector, &quarters[2]);
-            let d = Self::gather_quarter(records, vector, &quarters[3]);
-            [Self([a[0], b[0], c[0], d[0]]), Self([a[1], b[1], c[1], d[1]]), Self([a[2], b[2], c[2], d[2]])]
-        }
-    }
-
-    /// Components of one of the two vectors of four records.
-    #[inline(always)]
-    unsafe fn gather_quarter(records: &[Record<f64>], vector: usize, indices: &[u16]) -> [__m256d; 3] {
-        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
-        unsafe {
-            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f64>().add(4 * vector);
-            let (a, b) = (_mm256_loadu_pd(one(0)), _mm256_loadu_pd(one(1)));
-            let (c, d) = (_mm256_loadu_pd(one(2)), _mm256_loadu_pd(one(3)));
-            let (xz_ab, xz_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
-            let (y_ab, y_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
-            [
-                _mm256_permute2f128_pd::<0x20>(xz_ab, xz_cd),
-                _mm256_permute2f128_pd::<0x20>(y_ab, y_cd),
-                _mm256_permute2f128_pd::<0x31>(xz_ab, xz_cd),
-            ]
+            let a = F64x4::gather_one(records, vector, indices, 0);
+            let b = F64x4::gather_one(records, vector, indices, 1);
+            let c = F64x4::gather_one(records, vector, indices, 2);
+            let d = F64x4::gather_one(records, vector, indices, 3);
+            three!(|i| Self([a[i].0, b[i].0, c[i].0, d[i].0]))
         }
     }
 }
@@ -198,6 +168,7 @@ impl F64x16 {
 impl Pack for F32x16 {
     lanewise!(
         f32,
+        F32x8,
         F64x16,
         2 [0 1],
         _mm256_set1_ps,
@@ -241,18 +212,6 @@ impl Pack for F32x16 {
                 _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(self.0[1])),
             ])
         }
-    }
-
-    #[inline(always)]
-    unsafe fn gather(records: &[Record<f32>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
-        let (low, high) = indices.split_at(LANES / 2);
-        // SAFETY: the caller promises indices in range.
-        let (low, high) = unsafe { (Self::gather_half(records, low), Self::gather_half(records, high)) };
-        let ([x, v], [other_x, other_v]) = (low, high);
-        [
-            [Self([x[0], other_x[0]]), Self([x[1], other_x[1]]), Self([x[2], other_x[2]])],
-            [Self([v[0], other_v[0]]), Self([v[1], other_v[1]]), Self([v[2], other_v[2]])],
-        ]
     }
 
     #[inline(always)]
@@ -342,6 +301,7 @@ impl F32x16 {
 impl Pack for F64x16 {
     lanewise!(
         f64,
+        F64x4,
         Self,
         4 [0 1 2 3],
         _mm256_set1_pd,
@@ -373,11 +333,5 @@ impl Pack for F64x16 {
     #[inline(always)]
     fn widen(self) -> Self {
         self
-    }
-
-    #[inline(always)]
-    unsafe fn gather(records: &[Record<f64>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
-        // SAFETY: the caller promises indices in range.
-        unsafe { [Self::gather_one(records, 0, indices), Self::gather_one(records, 1, indices)] }
     }
 }

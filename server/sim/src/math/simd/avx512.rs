@@ -11,8 +11,8 @@ use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Pack, Record},
-    operators::operators,
+    super::real::{LANES, Lanes, Pack, Record},
+    operators::{operators, whole},
     portable::{Portable, quads_by_lanes},
 };
 
@@ -40,8 +40,25 @@ operators! {
     / F64x16(unsafe { [_mm512_div_pd(a.0[0], b.0[0]), _mm512_div_pd(a.0[1], b.0[1])] })
 }
 
+whole!([] F32x16, f32, |records, indices| unsafe { Self::gather_all(records, indices) });
+
+impl F32x16 {
+    #[inline(always)]
+    unsafe fn gather_all(records: &[Record<f32>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
+        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
+        unsafe {
+            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f32>();
+            let a = Self::both([one(0), one(4), one(8), one(12)]);
+            let b = Self::both([one(1), one(5), one(9), one(13)]);
+            let c = Self::both([one(2), one(6), one(10), one(14)]);
+            let d = Self::both([one(3), one(7), one(11), one(15)]);
+            [Self::three([a[0], b[0], c[0], d[0]]), Self::three([a[1], b[1], c[1], d[1]])]
+        }
+    }
+}
+
 impl Pack for F32x16 {
-    type Number = f32;
+    type Register = Self;
     type Wide = F64x16;
 
     #[inline(always)]
@@ -92,19 +109,6 @@ impl Pack for F32x16 {
             F64x16([_mm512_cvtps_pd(low), _mm512_cvtps_pd(high)])
         }
     }
-    #[inline(always)]
-    unsafe fn gather(records: &[Record<f32>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
-        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
-        unsafe {
-            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f32>();
-            let a = Self::both([one(0), one(4), one(8), one(12)]);
-            let b = Self::both([one(1), one(5), one(9), one(13)]);
-            let c = Self::both([one(2), one(6), one(10), one(14)]);
-            let d = Self::both([one(3), one(7), one(11), one(15)]);
-            [Self::three([a[0], b[0], c[0], d[0]]), Self::three([a[1], b[1], c[1], d[1]])]
-        }
-    }
-
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(unsafe { _mm512_min_ps(self.0, other.0) })
@@ -249,6 +253,20 @@ impl F32x16 {
 }
 
 impl F64x16 {
+    #[inline(always)]
+    unsafe fn gather_all(records: &[Record<f64>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
+        let (low, high) = indices.split_at(LANES / 2);
+        // SAFETY: the caller promises indices in range.
+        unsafe {
+            let (x, other_x) = (Self::gather_half(records, 0, low), Self::gather_half(records, 0, high));
+            let (v, other_v) = (Self::gather_half(records, 1, low), Self::gather_half(records, 1, high));
+            [
+                [Self([x[0], other_x[0]]), Self([x[1], other_x[1]]), Self([x[2], other_x[2]])],
+                [Self([v[0], other_v[0]]), Self([v[1], other_v[1]]), Self([v[2], other_v[2]])],
+            ]
+        }
+    }
+
     /// Components of one of the two vectors of eight records.
     #[inline(always)]
     unsafe fn gather_half(records: &[Record<f64>], vector: usize, indices: &[u16]) -> [__m512d; 3] {
@@ -273,8 +291,10 @@ impl F64x16 {
     }
 }
 
+whole!([] F64x16, f64, |records, indices| unsafe { Self::gather_all(records, indices) });
+
 impl Pack for F64x16 {
-    type Number = f64;
+    type Register = Self;
     type Wide = Self;
 
     #[inline(always)]
@@ -330,20 +350,6 @@ impl Pack for F64x16 {
     fn widen(self) -> Self {
         self
     }
-    #[inline(always)]
-    unsafe fn gather(records: &[Record<f64>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
-        let (low, high) = indices.split_at(LANES / 2);
-        // SAFETY: the caller promises indices in range.
-        unsafe {
-            let (x, other_x) = (Self::gather_half(records, 0, low), Self::gather_half(records, 0, high));
-            let (v, other_v) = (Self::gather_half(records, 1, low), Self::gather_half(records, 1, high));
-            [
-                [Self([x[0], other_x[0]]), Self([x[1], other_x[1]]), Self([x[2], other_x[2]])],
-                [Self([v[0], other_v[0]]), Self([v[1], other_v[1]]), Self([v[2], other_v[2]])],
-            ]
-        }
-    }
-
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(unsafe { [_mm512_min_pd(self.0[0], other.0[0]), _mm512_min_pd(self.0[1], other.0[1])] })

@@ -8,6 +8,8 @@
 mod operators;
 mod portable;
 #[cfg(target_arch = "x86_64")]
+mod register;
+#[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
@@ -16,7 +18,10 @@ pub(crate) use portable::Portable;
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use super::real::{Pack, Packed, Precision, Real};
+use super::{
+    precision::Precision,
+    real::{Pack, Packed, Real},
+};
 
 /// Instructions that kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -164,6 +169,20 @@ fn detect() -> Option<SimdLevel> {
 #[cfg(not(target_arch = "x86_64"))]
 fn detect() -> Option<SimdLevel> {
     Some(SimdLevel::Portable)
+}
+
+/// Asks for the memory of an item, so that it has come when it is read. The index may be beyond the items. It changes no
+/// result.
+#[inline(always)]
+pub(crate) fn prefetch<T>(items: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every processor of x86-64 has the instruction, and no address is wrong for it.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(items.as_ptr().wrapping_add(index).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (items, index);
 }
 
 /// Runs a kernel with the instructions of [`simd_level`]. What no level needs is left out by constants, before code

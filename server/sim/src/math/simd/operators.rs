@@ -48,3 +48,32 @@ macro_rules! operators {
     };
 }
 pub(super) use operators;
+
+/// Sixteen lanes as the one part of themselves, from `gather(records, indices)`.
+macro_rules! whole {
+    ([$($generics:tt)*] $pack:ty, $number:ty, |$records:ident, $indices:ident| $gather:expr) => {
+        impl<$($generics)*> Lanes for $pack {
+            type Number = $number;
+            const PARTS: usize = 1;
+
+            #[inline(always)]
+            fn load_part(values: &[$number; LANES], _: usize) -> Self {
+                Self::load(values)
+            }
+            #[inline(always)]
+            fn store_part(self, values: &mut [$number; LANES], _: usize) {
+                *values = self.store();
+            }
+            #[inline(always)]
+            #[allow(unsafe_code, reason = "the caller promises indices in range")]
+            unsafe fn gather_part(
+                $records: &[Record<$number>],
+                $indices: &[u16; LANES],
+                _: usize,
+            ) -> [[Self; 3]; 2] {
+                $gather
+            }
+        }
+    };
+}
+pub(super) use whole;

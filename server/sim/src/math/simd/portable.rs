@@ -3,8 +3,8 @@
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Pack, Real, Record},
-    operators::operators,
+    super::real::{LANES, Lanes, Pack, Real, Record},
+    operators::{operators, whole},
 };
 
 /// Packs in the target's baseline instructions.
@@ -36,8 +36,22 @@ operators! {
     |a, b| + a.zip(b, |a, b| a + b), - a.zip(b, |a, b| a - b), * a.zip(b, |a, b| a * b), / a.zip(b, |a, b| a / b)
 }
 
+whole!([R: Real] Portable<R>, R, |records, indices| {
+    let mut lanes = [[[R::zero(); LANES]; 3]; 2];
+    for lane in 0..LANES {
+        // SAFETY: the caller promises that the index is in range.
+        let record = unsafe { records.get_unchecked(indices[lane] as usize) };
+        for (lanes, vector) in lanes.iter_mut().zip(&record.0) {
+            for c in 0..3 {
+                lanes[c][lane] = vector.0[c];
+            }
+        }
+    }
+    lanes.map(|vector| vector.map(Self))
+});
+
 impl<R: Real> Pack for Portable<R> {
-    type Number = R;
+    type Register = Self;
     type Wide = Portable<f64>;
 
     #[inline(always)]
@@ -77,22 +91,6 @@ impl<R: Real> Pack for Portable<R> {
     fn widen(self) -> Portable<f64> {
         Portable(self.0.map(R::to_f64))
     }
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
-    unsafe fn gather(records: &[Record<R>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
-        let mut lanes = [[[R::zero(); LANES]; 3]; 2];
-        for lane in 0..LANES {
-            // SAFETY: the caller promises that the index is in range.
-            let record = unsafe { records.get_unchecked(indices[lane] as usize) };
-            for (lanes, vector) in lanes.iter_mut().zip(&record.0) {
-                for c in 0..3 {
-                    lanes[c][lane] = vector.0[c];
-                }
-            }
-        }
-        lanes.map(|vector| vector.map(Self))
-    }
-
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })

@@ -6,7 +6,7 @@ mod shares;
 
 use std::ops::Range;
 
-use super::{halo::copy_halo, lists::Lists, scratch::BlockScratch};
+use super::{lists::Lists, scratch::BlockScratch};
 use crate::{
     cloth::{
         laws::{ElementKind, ElementLaw, Evaluated, QuadraticBending, with_element_laws},
@@ -88,8 +88,8 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         let is_step = side != RightHandSide::Forces;
         assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
         let (first, mut energy, mut power) = (self.lists.packs(at.block).start, 0.0, 0.0);
-        for (particles, packs) in self.lists.halos.parts(at.block) {
-            copy_halo(&mut scratch.records[self.lists.block_size..], particles, at.fields);
+        for (halo, packs) in self.lists.halos.parts(at.block) {
+            halo.copy(&mut scratch.records[self.lists.block_size..], at.fields);
             for pack in packs.filter(|&pack| at.group.is_none_or(|group| self.lists.touches(pack, group))) {
                 let (rest, x, v) = self.gather::<P>(pack, &scratch.records);
                 let Evaluated { energy: of_lanes, gradient, frozen: tangent } = L::evaluate(rest, x);
@@ -144,8 +144,8 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
     ) {
         assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
         let first = self.lists.packs(at.block).start;
-        for (particles, packs) in self.lists.halos.parts(at.block) {
-            copy_halo(&mut scratch.records[self.lists.block_size..], particles, at.fields);
+        for (halo, packs) in self.lists.halos.parts(at.block) {
+            halo.copy(&mut scratch.records[self.lists.block_size..], at.fields);
             for pack in packs {
                 let (rest, _, w) = self.gather::<P>(pack, &scratch.records);
                 let mut tangent = [P::zero(); F];

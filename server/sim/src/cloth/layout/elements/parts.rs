@@ -18,7 +18,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         take: &mut dyn TakeParts,
     ) {
         let (first, block_size) = (self.lists.packs(block).start, self.lists.block_size);
-        for (particles, packs) in self.lists.halos.parts(block) {
+        for (halo, packs) in self.lists.halos.parts(block) {
             for pack in packs {
                 let (mut rest, mut tangent) = ([W::zero(); C], [W::zero(); F]);
                 for c in 0..C {
@@ -50,7 +50,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                         corners[corner] = if is_own[corner] {
                             (block * block_size + name) as u32
                         } else {
-                            particles[name - block_size]
+                            halo.particles()[name - block_size]
                         };
                     }
                     for own in 0..N {

@@ -25,9 +25,9 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         blocks: &mut [NineByNine],
     ) {
         let first = self.lists.packs(block).start;
-        for (particles, packs) in self.lists.halos.parts(block) {
+        for (halo, packs) in self.lists.halos.parts(block) {
             for pack in packs {
-                let corners = self.corners((block, layout), pack, particles);
+                let corners = self.corners((block, layout), pack, halo.particles());
                 let (mut rest, mut tangent) = ([W::zero(); C], [W::zero(); F]);
                 for c in 0..C {
                     rest[c] = widen(&self.rest[pack][c]);
