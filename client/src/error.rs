@@ -2,7 +2,7 @@
 //!
 //! Enters: a `tonic::Status` or a transport error. Leaves: [`ClientError`].
 
-use std::{collections::BTreeMap, fmt, time::Duration};
+use std::{collections::BTreeMap, fmt, io, time::Duration};
 
 use nappe_proto::Reason;
 use tonic::Code;
@@ -102,7 +102,13 @@ impl ClientError {
     pub(crate) fn from_status(status: &tonic::Status, endpoint: &str) -> Self {
         match std::error::Error::source(status) {
             Some(source) => {
-                Self::Transport { endpoint: endpoint.to_owned(), cause: innermost(source).to_string() }
+                let (endpoint, last) = (endpoint.to_owned(), innermost(source));
+                let cause = last.to_string();
+                if nobody_listens(last) {
+                    Self::Connect { endpoint, cause }
+                } else {
+                    Self::Transport { endpoint, cause }
+                }
             }
             None => Self::Server(Box::new(ServerError::from_status(status))),
         }
@@ -148,6 +154,12 @@ impl fmt::Display for ServerError {
 }
 
 impl std::error::Error for ServerError {}
+
+/// Whether an error says that no program listens at an address, or that no socket is at a path.
+fn nobody_listens(error: &(dyn std::error::Error + 'static)) -> bool {
+    let kind = error.downcast_ref::<io::Error>().map(io::Error::kind);
+    matches!(kind, Some(io::ErrorKind::ConnectionRefused | io::ErrorKind::NotFound))
+}
 
 /// The last error of a chain: "connection refused" rather than "transport error".
 pub(crate) fn innermost<'a>(

@@ -16,12 +16,19 @@ pub struct ReconnectPolicy {
     pub first_delay: Duration,
     /// Longest wait before an attempt.
     pub max_delay: Duration,
+    /// How long nobody may listen at the address before giving up: sessions do not outlive their server.
+    pub refused_limit: Duration,
 }
 
 impl Default for ReconnectPolicy {
-    /// Ten attempts in a row, 0.1 s to 5 s apart.
+    /// Ten attempts in a row, 0.1 s to 5 s apart, and 2 s where nobody listens.
     fn default() -> Self {
-        Self { max_attempts: 10, first_delay: Duration::from_millis(100), max_delay: Duration::from_secs(5) }
+        Self {
+            max_attempts: 10,
+            first_delay: Duration::from_millis(100),
+            max_delay: Duration::from_secs(5),
+            refused_limit: Duration::from_secs(2),
+        }
     }
 }
 
@@ -53,6 +60,7 @@ mod tests {
             max_attempts: 4,
             first_delay: Duration::from_millis(100),
             max_delay: Duration::from_millis(350),
+            ..ReconnectPolicy::default()
         };
         let waits: Vec<_> = (1..=5).map(|failures| policy.delay(failures, 1.0)).collect();
         let millis = |count| Some(Duration::from_millis(count));

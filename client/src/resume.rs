@@ -1,8 +1,12 @@
 //! A stream that is asked for again when its connection breaks.
 //!
 //! Enters: how to ask for it. Leaves: its messages, and when it came back. What to ask for the next time is the
-//! caller's to say, in the source.
+//! caller's to say, in the source. Where nobody listens any more, the stream soon ends: sessions live in the memory of their
+//! server.
 
+use std::time::Duration;
+
+use tokio::time::Instant;
 use tonic::Streaming;
 
 use crate::{client::Client, error::ClientError, reconnect::ReconnectPolicy};
@@ -25,6 +29,8 @@ pub(crate) struct Resuming<S: Source> {
     link: Link<S::Message>,
     /// Failures since a message last arrived.
     failures: u32,
+    /// Since when nobody listens at the address, if the last failure said so.
+    refused_since: Option<Instant>,
 }
 
 /// The state of the connection.
@@ -39,6 +45,11 @@ enum Link<M> {
 #[derive(Debug)]
 pub(crate) enum Arrival<M> {
     Message(M),
+    /// The connection broke; whoever asks for what comes next has it asked for again.
+    Broken {
+        /// The error that broke it.
+        cause: String,
+    },
     /// The connection broke and is back.
     Reconnected {
         /// Attempts that it took.
@@ -59,7 +70,7 @@ impl<S: Source> Resuming<S> {
     ) -> Result<Self, ClientError> {
         let stream = source.open(client).await?;
         let link = Link::Open(Box::new(stream));
-        Ok(Self { source, client: client.clone(), policy, link, failures: 0 })
+        Ok(Self { source, client: client.clone(), policy, link, failures: 0, refused_since: None })
     }
 
     /// What comes next; `None` once closed. Dropping the future loses nothing.
@@ -100,17 +111,27 @@ impl<S: Source> Resuming<S> {
             return Err(cause);
         }
         self.failures += 1;
-        if self.failures > self.policy.max_attempts {
+        let is_refused = matches!(cause, ClientError::Connect { .. });
+        self.refused_since = is_refused.then(|| self.refused_since.unwrap_or_else(Instant::now));
+        if self.failures > self.policy.max_attempts || self.refused_left() == Some(Duration::ZERO) {
             return Err(cause);
         }
+
+        let was_open = matches!(self.link, Link::Open(_));
+        let told = was_open.then(|| Arrival::Broken { cause: cause.to_string() });
         self.link = Link::Broken { cause };
-        Ok(None)
+        Ok(told)
+    }
+
+    /// How much longer nobody may listen at the address, if nobody does.
+    fn refused_left(&self) -> Option<Duration> {
+        self.refused_since.map(|since| self.policy.refused_limit.saturating_sub(since.elapsed()))
     }
 
     /// Waits and asks again.
     async fn reconnect(&mut self) -> Result<Option<Arrival<S::Message>>, ClientError> {
         if let Some(wait) = self.policy.delay(self.failures, fastrand::f64()) {
-            tokio::time::sleep(wait).await;
+            tokio::time::sleep(self.refused_left().map_or(wait, |left| wait.min(left))).await;
         }
         match self.source.open(&self.client).await {
             Ok(stream) => {

@@ -32,6 +32,11 @@ pub enum Event {
     Progress(v1::Progress),
     /// The session finished; nothing follows.
     End(SessionEnd),
+    /// The connection broke; the stream is asked for again.
+    Broken {
+        /// The error that broke it.
+        cause: String,
+    },
     /// The connection broke and is back.
     Reconnected {
         /// Attempts that it took.
@@ -118,6 +123,7 @@ impl FrameStream {
         loop {
             let event = match self.stream.next().await? {
                 Ok(Arrival::Message(message)) => self.read(message),
+                Ok(Arrival::Broken { cause }) => Ok(Some(Event::Broken { cause })),
                 Ok(Arrival::Reconnected { attempts, cause }) => {
                     Ok(Some(Event::Reconnected { attempts, cause }))
                 }

@@ -42,6 +42,11 @@ pub enum DiagnosticsEvent {
     Progress(v1::Progress),
     /// The session finished; nothing follows.
     End(SessionEnd),
+    /// The connection broke; the stream is asked for again.
+    Broken {
+        /// The error that broke it.
+        cause: String,
+    },
     /// The connection broke and is back.
     Reconnected {
         /// Attempts that it took.
@@ -130,6 +135,7 @@ impl DiagnosticsStream {
         loop {
             let event = match self.stream.next().await? {
                 Ok(Arrival::Message(message)) => self.read(message),
+                Ok(Arrival::Broken { cause }) => Some(DiagnosticsEvent::Broken { cause }),
                 Ok(Arrival::Reconnected { attempts, cause }) => {
                     Some(DiagnosticsEvent::Reconnected { attempts, cause })
                 }

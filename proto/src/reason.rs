@@ -276,6 +276,10 @@ reasons! {
         "As many calls wait for the session as it allows."
         "Wait for answers before sending more, or do not ask to wait."
 
+    TooManyConnections "TOO_MANY_CONNECTIONS" ResourceExhausted
+        "As many connections are open as the server allows, in all or from one address, and none of them is a stranger's, which would give way: the new one is closed without an answer. The log and the metrics of the server have this reason."
+        "Close connections that are no longer needed, make several calls on one, or raise the limit (`--max-connections`, `--max-connections-per-address`)."
+
     SceneTooLarge "SCENE_TOO_LARGE" ResourceExhausted
         "The scene's text, particles or springs are more than the server allows."
         "Make the scene smaller, or raise the limit."

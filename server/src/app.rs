@@ -72,6 +72,7 @@ impl App {
             drain: Duration::from_secs_f64(config.drain_seconds),
             drain_stall: Duration::from_secs_f64(config.drain_stall_seconds),
             counters: Arc::clone(&shared.counters),
+            refusals: Arc::clone(&shared.refusals),
             draining: draining.clone(),
         };
 
@@ -167,6 +168,14 @@ impl App {
             // It ends with the drain; a panic in it was told where it happened.
             let _ = keeper.await;
         }
+    }
+
+    /// What reads how many bytes are reserved for sessions, meshes and requests, also while calls are answered. For tests of
+    /// memory.
+    #[doc(hidden)]
+    pub fn reserved(&self) -> Arc<dyn Fn() -> u64 + Send + Sync> {
+        let memory = Arc::clone(&self.shared.memory);
+        Arc::new(move || memory.used())
     }
 
     /// Makes the next step of a session panic, as a bug would; false if there is no such session.

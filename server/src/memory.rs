@@ -148,6 +148,21 @@ impl Claim {
         Ok(())
     }
 
+    /// A claim of no bytes yet on the same account.
+    pub(crate) fn another(&self) -> Self {
+        self.account.claim()
+    }
+
+    /// Takes bytes for a moment, of all that the server holds, beside those of this claim.
+    ///
+    /// # Errors
+    /// If there are not as many left.
+    pub(crate) fn beside(&self, bytes: u64) -> Result<Self, ServiceError> {
+        let beside = self.account.whole.as_ref().unwrap_or(&self.account).claim();
+        beside.grow(bytes)?;
+        Ok(beside)
+    }
+
     /// Bytes of all claims of the account.
     pub(crate) fn of_all(&self) -> u64 {
         self.account.used()
@@ -223,6 +238,10 @@ mod tests {
 
         session.shrink_to(300);
         request.grow(200).expect("room now");
+        assert!(request.beside(501).is_err(), "500 are left");
+        let beside = request.beside(500).expect("room");
+        assert_eq!((requests.used(), server.used()), (200, 1000));
+        drop(beside);
         assert_eq!((requests.used(), server.used()), (200, 500));
         drop((session, request));
         assert_eq!((requests.used(), server.used()), (0, 0));

@@ -68,6 +68,28 @@ fn against_unit(text: &str, programs: &[(String, String)]) -> Vec<String> {
     (!known).then(|| format!("the unit starts '{program}', which nothing builds")).into_iter().collect()
 }
 
+/// Complaints about the addresses that a unit lets its server reach and be reached from: loopback alone, where it listens.
+fn against_addresses(text: &str) -> Vec<String> {
+    let values = |key: &str| -> Vec<&str> {
+        text.lines().filter_map(|line| line.strip_prefix(key)).flat_map(str::split_whitespace).collect()
+    };
+    let mut complaints = Vec::new();
+    if values("IPAddressDeny=") != ["any"] {
+        complaints.push("addresses that are not allowed are not denied".to_owned());
+    }
+    if values("IPAddressAllow=") != ["localhost"] {
+        complaints.push("loopback is not what is allowed".to_owned());
+    }
+    let set = text.lines().filter(|line| !line.starts_with('#'));
+    let elsewhere = set.filter(|line| {
+        ["NAPPE_ADDRESS=", "NAPPE_ALLOW_REMOTE=", "--address", "--allow-remote"]
+            .iter()
+            .any(|word| line.contains(word))
+    });
+    complaints.extend(elsewhere.map(|line| format!("it listens elsewhere, where nobody reaches it: {line}")));
+    complaints
+}
+
 /// Whether a unit or a compose file bounds the memory of what it starts.
 fn bounds_memory(text: &str) -> bool {
     text.lines().any(|line| ["MemoryMax=", "mem_limit:"].iter().any(|key| line.trim().starts_with(key)))
@@ -97,6 +119,16 @@ fn the_unit_starts_a_program_that_is_built() {
 }
 
 #[test]
+fn the_unit_lets_its_server_talk_to_this_machine_alone_where_it_listens() {
+    assert_none(&against_addresses(&tree::text("deploy/nappe.service")));
+    let default = tree::text("server/src/address.rs");
+    assert!(
+        default.contains("IpAddr::V4(Ipv4Addr::LOCALHOST), DEFAULT_PORT)"),
+        "the address by default is loopback"
+    );
+}
+
+#[test]
 fn what_is_started_has_a_limit_on_its_memory() {
     for file in ["deploy/nappe.service", "deploy/compose.yaml"] {
         assert!(bounds_memory(&tree::text(file)), "{file}");
@@ -120,6 +152,9 @@ fn the_rules_find_what_they_are_for() {
         COPY --from=build /build/target/release/nappe-other /bin/x\nENTRYPOINT [\"/bin/y\"]\n";
     assert_eq!(against_dockerfile(image, &programs).len(), 3);
     assert_eq!(against_unit("ExecStart=/usr/local/bin/naperon --x\n", &programs).len(), 1);
+    let open =
+        "# IPAddressDeny=any\nIPAddressAllow=localhost 10.0.0.0/8\nExecStart=/x --address 0.0.0.0:6277\n";
+    assert_eq!(against_addresses(open).len(), 3);
     assert_eq!(
         against_settings("ENV NAPPE_ADRESS=1 NAPPE_X=2", "env = \"NAPPE_X\""),
         ["NAPPE_ADRESS is set, but the server does not read it"]

@@ -2,10 +2,12 @@
 //!
 //! Scenes that ask for little and would cost much: needles, leaves, dust, grids of one column, particles far
 //! apart; meshes and mesh files without sense. Each is refused or built within memory that its limits explain. And the frames that a session keeps,
-//! requests of many empty elements, uploads, and short requests that name something large.
+//! requests of many empty elements, uploads, short requests that name something large, changes that wait, every method with
+//! its largest messages, and piles of cloth.
 #![allow(unsafe_code, reason = "an allocator that counts hands every request on to the system's")]
 #![allow(clippy::print_stdout, reason = "what became of the scenes")]
 
+mod watch;
 mod scenes;
 mod history;
 mod meshes;
@@ -13,7 +15,12 @@ mod mutations;
 mod mesh_files;
 mod requests;
 mod named;
+mod contract;
+mod messages;
+mod largest;
 mod estimates;
+mod waiting;
+mod piles;
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -34,6 +41,8 @@ use tonic::transport::Channel;
 
 struct Counting;
 
+/// From so many bytes on, the system moves the pages of a block that grows, and copies none.
+const MOVED: usize = 32 << 20;
 /// Bytes in use.
 static USED: AtomicUsize = AtomicUsize::new(0);
 /// Allocations of so many bytes or more are not counted: what the server asks for only to see whether there is any.
@@ -47,12 +56,18 @@ thread_local! {
 }
 
 impl Counting {
+    /// Whether an allocation of this thread is not counted.
+    fn is_left_out(bytes: usize) -> bool {
+        bytes >= IGNORED.load(Ordering::Relaxed) || watch::is_of_client()
+    }
+
     fn add(bytes: usize) {
-        if bytes >= IGNORED.load(Ordering::Relaxed) {
+        if Self::is_left_out(bytes) {
             return;
         }
         let used = USED.fetch_add(bytes, Ordering::Relaxed) + bytes;
         PEAK.fetch_max(used, Ordering::Relaxed);
+        watch::look(used);
         // A thread that ends has no counter any more.
         let _ = OWN.try_with(|own| {
             let [used, peak] = own.get();
@@ -62,7 +77,7 @@ impl Counting {
     }
 
     fn take(bytes: usize) {
-        if bytes >= IGNORED.load(Ordering::Relaxed) {
+        if Self::is_left_out(bytes) {
             return;
         }
         USED.fetch_sub(bytes, Ordering::Relaxed);
@@ -97,9 +112,14 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // Both are there while the system copies.
-        Self::add(size);
-        Self::take(layout.size());
+        if layout.size() < MOVED {
+            // Both are there while the system copies.
+            Self::add(size);
+            Self::take(layout.size());
+        } else {
+            Self::take(layout.size());
+            Self::add(size);
+        }
 
         // SAFETY: the caller keeps `realloc`'s contract.
         unsafe { System.realloc(pointer, layout, size) }
@@ -138,7 +158,7 @@ pub(crate) fn alone() -> MutexGuard<'static, ()> {
 }
 
 /// A call that takes this long hangs.
-const HANGS: Duration = Duration::from_mins(5);
+pub(crate) const HANGS: Duration = Duration::from_mins(5);
 
 /// Times so long that a busy machine breaks none of them: what one test's server has is gone when the next one counts.
 fn patient() -> Config {
@@ -152,16 +172,22 @@ fn patient() -> Config {
     }
 }
 
-/// A server with limits that asks for no token, and a connection to it.
-pub(crate) async fn server(limits: Limits) -> (App, Channel) {
+/// Starts a server with limits that asks for no token, in the runtime of the caller.
+pub(crate) fn start(limits: Limits) -> App {
     let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts");
-    let channel = Channel::from_shared(app.url())
-        .expect("a URL")
-        .timeout(HANGS)
-        .connect()
-        .await
-        .expect("the server answers");
+    App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts")
+}
+
+/// A connection to a server at a URL.
+pub(crate) async fn connect(url: String) -> Channel {
+    let endpoint = Channel::from_shared(url).expect("a URL").timeout(HANGS);
+    endpoint.connect().await.expect("the server answers")
+}
+
+/// Such a server, and a connection to it.
+pub(crate) async fn server(limits: Limits) -> (App, Channel) {
+    let app = start(limits);
+    let channel = connect(app.url()).await;
     (app, channel)
 }
 

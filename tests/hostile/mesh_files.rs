@@ -182,6 +182,33 @@ fn a_large_mesh_takes_what_is_claimed_for_it_and_little_beside_its_arrays() {
 }
 
 #[test]
+fn an_stl_takes_what_is_claimed_for_it_which_is_at_most_twice_its_own_bytes() {
+    let _alone = alone();
+    let sheet = large_sheet();
+    // Each facet apart from the others has three points of its own; some have none.
+    let mut apart = TriangleMesh::default();
+    for corners in &sheet.triangles[..50_000] {
+        let first = apart.points.len() as u32;
+        let lift = f64::from(first);
+        apart.points.extend(corners.map(|i| sheet.points[i as usize]).map(|[x, _, z]| [x, lift, z]));
+        apart.triangles.extend([[first, first + 1, first + 2], [first, first, first + 1]]);
+    }
+    for (mesh, points, triangles) in [(&sheet, 100_000, sheet.triangles.len()), (&apart, 150_000, 50_000)] {
+        for Reader { write, file } in &READERS[5..7] {
+            let files = write(mesh);
+            let (file, size) = (file(&files), files[0].len() as u64);
+            let claimed = file.memory_bytes();
+            let (took, loaded) = own_peak(|| file.read("facets").expect("it was just written"));
+            println!("{size} bytes, {claimed} claimed, {took} taken");
+            assert_eq!((loaded.mesh.points.len(), loaded.mesh.triangles.len()), (points, triangles));
+            assert_eq!(loaded.mesh.points.capacity(), points, "what is kept is what counts");
+            assert!(took as u64 <= claimed, "{took} bytes, {claimed} claimed");
+            assert!(claimed <= 2 * size, "{claimed} claimed, {size} of the file");
+        }
+    }
+}
+
+#[test]
 fn elements_that_a_file_cannot_hold_are_refused_before_memory_is_taken_for_them() {
     let _alone = alone();
     for file in [

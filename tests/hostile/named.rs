@@ -19,7 +19,8 @@ const POINTS: u64 = 100_000;
 /// Bytes from which an allocation only shows that there is so much.
 const SEEN_ONLY: usize = 128 << 20;
 
-async fn with_client() -> (App, Client) {
+/// A server of a GiB, and a client of it.
+pub(crate) async fn with_client() -> (App, Client) {
     let limits =
         Limits { max_server_bytes: 1 << 30, history_bytes_per_session: 1 << 20, ..Limits::default() };
     let (app, channel) = server(limits).await;
@@ -36,8 +37,9 @@ fn dust(count: u64, more: &str) -> v1::CreateSessionRequest {
     v1::CreateSessionRequest { scene, thread_count: 1, ..v1::CreateSessionRequest::default() }
 }
 
-async fn session(client: &mut Client, count: u64) -> String {
-    let made = client.create_session(dust(count, "")).await.expect("a session is made").into_inner();
+/// Makes a session of `count` particles, with more keys of their body, and gives its id.
+pub(crate) async fn session(client: &mut Client, count: u64, more: &str) -> String {
+    let made = client.create_session(dust(count, more)).await.expect("a session is made").into_inner();
     made.session.expect("the answer has the session").session_id
 }
 
@@ -60,7 +62,7 @@ fn states_by_the_id_of_an_upload_copy_nothing_that_waits_or_is_refused() {
     let _alone = alone();
     runtime().block_on(async {
         let (app, mut client) = with_client().await;
-        let (all, few) = (session(&mut client, POINTS).await, session(&mut client, 10).await);
+        let (all, few) = (session(&mut client, POINTS, "").await, session(&mut client, 10, "").await);
         let mesh = upload(&mut client).await;
         let states = |id: &str, count: usize| {
             let state = v1::StateUpdate {

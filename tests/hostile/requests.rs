@@ -15,13 +15,13 @@ use tonic::{
 
 use crate::{alone, peak_since, server};
 
-/// Sends bytes as they are, and reads nothing.
+/// Sends and receives bytes as they are.
 #[derive(Clone, Copy, Debug, Default)]
-struct Raw;
+pub(crate) struct Raw;
 
 impl Codec for Raw {
     type Encode = Bytes;
-    type Decode = ();
+    type Decode = Bytes;
     type Encoder = Self;
     type Decoder = Self;
 
@@ -45,12 +45,11 @@ impl Encoder for Raw {
 }
 
 impl Decoder for Raw {
-    type Item = ();
+    type Item = Bytes;
     type Error = Status;
 
-    fn decode(&mut self, buffer: &mut DecodeBuf<'_>) -> Result<Option<()>, Status> {
-        buffer.advance(buffer.remaining());
-        Ok(Some(()))
+    fn decode(&mut self, buffer: &mut DecodeBuf<'_>) -> Result<Option<Bytes>, Status> {
+        Ok(Some(buffer.copy_to_bytes(buffer.remaining())))
     }
 }
 
@@ -105,7 +104,8 @@ fn empty_elements_of_a_request_never_become_memory() {
     });
 }
 
-fn varint(mut value: usize) -> Vec<u8> {
+/// A number as the wire has it.
+pub(crate) fn varint(mut value: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     while value > 0x7F {
         bytes.push(value as u8 | 0x80);
@@ -117,8 +117,8 @@ fn varint(mut value: usize) -> Vec<u8> {
 
 /// Most memory (bytes) while a mesh is uploaded, and the size of the upload (bytes).
 async fn upload(client: &mut SimulationServiceClient<Channel>, header: MeshHeader) -> (usize, u64) {
-    let MeshHeader { point_count, triangle_count, mass_count, uv_count, .. } = header;
-    let total = 24 * point_count + 12 * triangle_count + 8 * (mass_count + uv_count);
+    let MeshHeader { point_count, triangle_count, mass_count, uv_count, velocity_count, .. } = header;
+    let total = 24 * (point_count + velocity_count) + 12 * triangle_count + 8 * (mass_count + uv_count);
     let zeros = Bytes::from(vec![0; 1 << 20]);
     let first = UploadMeshRequest { part: Some(Part::Header(header)) };
     let pieces = (0..total.div_ceil(1 << 20)).map(move |i| {
@@ -139,14 +139,15 @@ fn an_upload_takes_little_more_than_its_size() {
         let (app, channel) = server(Limits::default()).await;
         let mut client = SimulationServiceClient::new(channel);
         let cases = [
-            [4_000_000, 0, 0, 0],
-            [1_000_000, 6_000_000, 0, 0],
-            [2_000_000, 2_000_000, 2_000_000, 2_000_000],
+            [4_000_000, 0, 0, 0, 0],
+            [1_000_000, 6_000_000, 0, 0, 0],
+            [2_000_000, 2_000_000, 2_000_000, 2_000_000, 0],
+            [2_000_000, 0, 0, 0, 2_000_000],
         ];
-        for [point_count, triangle_count, mass_count, uv_count] in cases {
+        for [point_count, triangle_count, mass_count, uv_count, velocity_count] in cases {
             let name = "zeros".into();
             let header =
-                MeshHeader { name, point_count, triangle_count, mass_count, uv_count, velocity_count: 0 };
+                MeshHeader { name, point_count, triangle_count, mass_count, uv_count, velocity_count };
             let (peak, size) = upload(&mut client, header).await;
 
             // What both sides keep to send and to receive: windows and some pieces.

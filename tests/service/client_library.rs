@@ -3,7 +3,10 @@
 
 use std::time::{Duration, Instant};
 
-use nappe_client::{Client, CreateSession, Delivery, Event, Reason, ReconnectPolicy, Wait, WatchOptions, v1};
+use nappe_client::{
+    Client, ClientError, CreateSession, Delivery, Event, FrameStream, Reason, ReconnectPolicy, Wait,
+    WatchOptions, v1,
+};
 
 use crate::{
     cloth_scenes::{dust, sheet_with},
@@ -31,7 +34,7 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
     let mut frames = client.watch(&id, options).await.expect("a stream");
     client.step(&id, 100, Wait::Yes).await.expect("steps");
 
-    let (mut next, mut reconnected) = (0, 0);
+    let (mut next, mut broken, mut reconnected) = (0, 0, 0);
     while let Some(event) = in_time(frames.next()).await {
         match event.expect("the library comes back by itself") {
             Event::Frame(frame) => {
@@ -45,6 +48,7 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
                     server.play(&id).await;
                 }
             }
+            Event::Broken { .. } => broken += 1,
             Event::Reconnected { .. } => reconnected += 1,
             Event::Topology(topology) => assert_eq!(topology.particle_count, 36),
             Event::End(end) => assert_eq!((end.frame, end.step), (400, 400)),
@@ -53,7 +57,45 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
         }
     }
 
-    assert_eq!((next, reconnected), (401, 1));
+    assert_eq!((next, broken, reconnected), (401, 1, 1));
+}
+
+/// The error that a stream ends with, and how often it broke before.
+async fn end_of(frames: &mut FrameStream) -> (ClientError, u32) {
+    let mut broken = 0;
+    loop {
+        match in_time(frames.next()).await.expect("it ends with an error") {
+            Ok(Event::Broken { .. }) => broken += 1,
+            Ok(_) => {}
+            Err(error) => return (error, broken),
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_watcher_whose_server_is_gone_is_told_and_does_not_wait_for_it_to_the_end_of_its_attempts() {
+    let server = Server::start().await;
+    let proxy = Proxy::to(server.app.local_addr()).await;
+    let client = Client::connect(&proxy.url()).await.expect("connected");
+    let created = client.create_session(CreateSession::from_text(sheet_with(4, ""))).await.expect("made");
+
+    // Attempts without end: that nobody listens is the only end.
+    let refused_limit = Duration::from_millis(300);
+    let reconnect = ReconnectPolicy { max_attempts: u32::MAX, refused_limit, ..ReconnectPolicy::default() };
+    let options = WatchOptions { reconnect, ..WatchOptions::default() };
+    let mut frames = client.watch(&created.session.session_id, options).await.expect("a stream");
+    while !matches!(in_time(frames.next()).await, Some(Ok(Event::Frame(_)))) {}
+
+    proxy.leave();
+    proxy.cut();
+    let begin = Instant::now();
+    let (error, broken) = end_of(&mut frames).await;
+    assert!(begin.elapsed() >= refused_limit, "{:?}", begin.elapsed());
+    assert!(matches!(error, ClientError::Connect { .. }), "{error}");
+    assert!(error.to_string().contains(&proxy.url()), "{error}");
+    assert_eq!(broken, 1, "it is told once");
+    assert!(in_time(frames.next()).await.is_none(), "nothing follows");
+    assert!(ReconnectPolicy::default().refused_limit < Duration::from_secs(3));
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -85,7 +127,7 @@ async fn a_watcher_that_comes_back_is_never_given_the_frames_of_another_session(
         server.step("the-same", 20).await;
         proxy.open();
 
-        let refused = in_time(frames.next()).await.expect("an end").expect_err("another session");
+        let (refused, _) = end_of(&mut frames).await;
         assert_eq!(refused.known_reason(), Some(Reason::SessionReplaced), "{refused}");
         let metadata = &refused.server().expect("the server refused").metadata;
         assert_eq!((&metadata["session_uid"], &metadata["expected_uid"]), (&second.uid, &first.uid));

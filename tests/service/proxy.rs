@@ -13,6 +13,7 @@ use tokio::{
     io::{AsyncReadExt as _, AsyncWriteExt as _, copy},
     net::{TcpListener, TcpStream, tcp},
     sync::Notify,
+    task::AbortHandle,
     time::Instant,
 };
 
@@ -31,6 +32,7 @@ pub(crate) struct Proxy {
     is_shut: Arc<AtomicBool>,
     /// Connections that are open.
     open_count: Arc<AtomicUsize>,
+    listening: AbortHandle,
 }
 
 impl Proxy {
@@ -49,7 +51,7 @@ impl Proxy {
         let open_count = Arc::new(AtomicUsize::new(0));
         let shared = (Arc::clone(&cut), Arc::clone(&free), Arc::clone(&open_count));
         let closed = Arc::clone(&is_shut);
-        tokio::spawn(async move {
+        let listening = tokio::spawn(async move {
             while let Ok((inner, _)) = listener.accept().await {
                 if closed.load(Ordering::SeqCst) {
                     continue;
@@ -70,7 +72,7 @@ impl Proxy {
             }
         });
 
-        Self { address, cut, free, is_shut, open_count }
+        Self { address, cut, free, is_shut, open_count, listening: listening.abort_handle() }
     }
 
     /// A line that keeps to itself that the server wants to end: its farewells, and the pings that belong to them.
@@ -96,6 +98,11 @@ impl Proxy {
     /// Takes connections again.
     pub(crate) fn open(&self) {
         self.is_shut.store(false, Ordering::SeqCst);
+    }
+
+    /// Listens no more: new connections are refused.
+    pub(crate) fn leave(&self) {
+        self.listening.abort();
     }
 
     /// Cuts every connection that is open.

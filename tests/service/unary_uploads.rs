@@ -238,6 +238,19 @@ async fn a_file_is_refused_before_it_is_read_where_that_would_take_too_much_memo
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn an_stl_of_half_a_million_facets_is_read_within_the_limits_of_a_server() {
+    let server = Server::start().await;
+    let client = Client::connect(&server.app.url()).await.expect("it answers");
+    let mesh = TriangleMesh::grid(500, 500, 0.01);
+    let file = Bytes::from(stl(&mesh));
+    assert!(file.len() > 24_000_000, "{}", file.len());
+    let (name, others) = ("sheet.stl".into(), Default::default());
+    let file = MeshFile { name, format: FileFormat::Stl, file, others, missing_mass: None };
+    let uploaded = client.upload_file(&file).await.expect("it is read");
+    assert!(uploaded.warnings.is_empty(), "corners in one place are one point: {:?}", uploaded.warnings);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn texture_coordinates_that_are_not_finite_are_refused() {
     let server = Server::start().await;
     let client = Client::connect(&server.app.url()).await.expect("it answers");

@@ -7,7 +7,7 @@ use nappe_sim::{
     world::{Change, ChangeError, Forces, Simulation, WorldSetup},
 };
 use nappe_tests::{
-    scene::{advance, max_distance, positions, velocities},
+    scene::{advance, max_distance, positions, try_advance, velocities},
     snow::{Variant, ball, elastic},
 };
 
@@ -107,6 +107,37 @@ fn an_object_goes_where_it_is_put_without_deformation_and_others_stay() {
     assert!(matches!(error, ChangeError::WrongCount { found: 1, .. }), "{error}");
     let error = simulation.apply(&[few.clone(), Change::Drag(0.1), few]).expect_err("one state of a body");
     assert!(matches!(error, ChangeError::StateTwice { first: 0, second: 1, .. }), "{error}");
+}
+
+#[test]
+fn snow_is_put_as_far_as_its_grid_reaches_and_no_farther() {
+    for precision in Precision::ALL {
+        let mut simulation = simulate(Variant::affine()[0], precision);
+        let count = simulation.topology()[0].particle_count as usize;
+        let at = |x: f64| {
+            let mut positions = vec![[0.0, 5.0, 0.0]; count];
+            positions[7][0] = x;
+            Change::State { body: "still".to_owned(), positions: positions.into(), velocities: None }
+        };
+        // Cells of 0.1 m, four to a block, and four blocks before the last.
+        let reach = f64::from((1 << 20) - 4) * 0.4;
+        for x in [-450e3, 450e3, reach + 1.0] {
+            let error = simulation.apply(&[at(x)]).expect_err("the grid has no such cell");
+            let ChangeError::BeyondGrid { particle, value, reach: told, .. } = error else {
+                panic!("{error}")
+            };
+            assert_eq!((particle, value), (7, x));
+            assert!((told / reach - 1.0).abs() < 1e-12, "{told}");
+            assert!(error.to_string().contains("the grid of the snow reaches 419428"), "{error}");
+        }
+        for x in [reach, -reach] {
+            simulation.apply(&[at(x)]).expect("it is within");
+            if let Err(error) = try_advance(&mut simulation, 1) {
+                let message = error.to_string();
+                assert!(!message.contains("NaN") && !message.contains("inf"), "{message}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -48,6 +48,7 @@ impl Audience {
         match event {
             // The first that comes: from here on, the session counts this watcher.
             Event::Topology(_) if self == Self::Program => write(&json!({ "watching": session_id })),
+            Event::Broken { cause } => self.note(&format!("{cause}; the stream is asked for again")),
             Event::Reconnected { attempts, cause } => {
                 self.note(&format!("the connection broke ({cause}) and is back after {attempts} attempts"));
             }

@@ -83,6 +83,16 @@ pub(crate) async fn answer<T>(
     call.await.map_err(CliError::from)
 }
 
+/// What is said of a stream whose connection broke.
+pub(crate) fn broke(client: &Client, cause: &str) -> String {
+    format!("the stream of {} broke, and is asked for again: {cause}", client.endpoint())
+}
+
+/// What is said of a stream whose connection is back.
+pub(crate) fn back(attempts: u32, cause: &str) -> String {
+    format!("the connection broke ({cause}) and is back after {attempts} attempts")
+}
+
 fn refused(error: &std::io::Error) -> CliError {
     CliError::failure(format!("cannot listen to signals: {error}"))
 }

@@ -84,6 +84,12 @@ impl From<&ChangeError> for ServiceError {
                 .with("value", value)
                 .with("allowed", range(*allowed))
                 .at_field(format!("states.{what}_f64"), message),
+            ChangeError::BeyondGrid { body, particle, value, reach } => refused
+                .with("body", body)
+                .with("particle", particle)
+                .with("value", value)
+                .with("allowed", range([-reach, *reach]))
+                .at_field("states.positions_f64", message),
             ChangeError::NotApart { bodies, particles, .. } => {
                 of_meeting(refused, bodies, *particles, message)
             }

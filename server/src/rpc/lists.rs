@@ -14,6 +14,28 @@ pub(super) type MeshById<'a> = dyn Fn(&str) -> Result<[Vectors; 2], ServiceError
 
 /// Bytes of a list that are shown of changes that wait, at most.
 const SHOWN: usize = 4096;
+/// Bytes of all lists of an answer, at most: of 10 000 changes the rest has 1.5 MB, and a message 4 MiB.
+const SHOWN_TOGETHER: usize = 2 << 20;
+
+/// Room for lists in an answer (bytes): those that do not fit are left out.
+#[derive(Debug)]
+pub(super) struct Room(usize);
+
+impl Room {
+    /// That of an answer without lists.
+    pub(super) fn of_answer() -> Self {
+        Self(SHOWN_TOGETHER)
+    }
+
+    /// Takes the room of a list of so many bytes, if it is short enough and there is as much.
+    fn take(&mut self, bytes: usize) -> bool {
+        let fits = bytes <= SHOWN.min(self.0);
+        if fits {
+            self.0 -= bytes;
+        }
+        fits
+    }
+}
 
 /// Ranges and counts are the simulation's to check.
 pub(super) fn force(field: &str, update: &v1::ForceUpdate) -> Result<Change, ServiceError> {
@@ -96,13 +118,21 @@ fn vectors(field: &str, bytes: &[u8], of: &str) -> Result<Arc<[[f64; 3]]>, Servi
 }
 
 /// Forces that wait, without lists that are long.
-pub(super) fn force_message(body: &str, particles: &[u32], forces: &Forces) -> v1::ForceUpdate {
+pub(super) fn force_message(
+    body: &str,
+    particles: &[u32],
+    forces: &Forces,
+    room: &mut Room,
+) -> v1::ForceUpdate {
     let (force, each) = match forces {
         Forces::One(force) => (Some((*force).into()), Bytes::new()),
-        Forces::Each(forces) => (None, packed(forces)),
+        Forces::Each(forces) => (None, packed(forces, room)),
     };
-    let particles = particles.iter().flat_map(|particle| particle.to_le_bytes());
-    let particles_u32 = if particles.size_hint().0 > SHOWN { Bytes::new() } else { particles.collect() };
+    let particles_u32 = if room.take(size_of_val(particles)) {
+        particles.iter().flat_map(|particle| particle.to_le_bytes()).collect()
+    } else {
+        Bytes::new()
+    };
     v1::ForceUpdate { body: body.to_owned(), particles_u32, force, forces_f64: each }
 }
 
@@ -111,17 +141,18 @@ pub(super) fn state_message(
     body: &str,
     positions: &[[f64; 3]],
     velocities: Option<&[[f64; 3]]>,
+    room: &mut Room,
 ) -> v1::StateUpdate {
     v1::StateUpdate {
         body: body.to_owned(),
-        positions_f64: packed(positions),
-        velocities_f64: velocities.map_or_else(Bytes::new, packed),
+        positions_f64: packed(positions, room),
+        velocities_f64: velocities.map_or_else(Bytes::new, |velocities| packed(velocities, room)),
         upload_id: String::new(),
     }
 }
 
-fn packed(vectors: &[[f64; 3]]) -> Bytes {
-    if size_of_val(vectors) > SHOWN {
+fn packed(vectors: &[[f64; 3]], room: &mut Room) -> Bytes {
+    if !room.take(size_of_val(vectors)) {
         return Bytes::new();
     }
     vectors.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect()

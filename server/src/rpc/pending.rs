@@ -17,11 +17,12 @@ impl From<Accepted> for v1::UpdateParametersResponse {
     }
 }
 
-/// A page of changes; if more follow, its token names the last of them.
+/// A page of changes; if more follow, its token names the last of them. Lists for which a message has no room are left out.
 pub(super) fn page(page: &[PendingChange], last: Option<Accepted>) -> v1::ListPendingChangesResponse {
+    let mut room = lists::Room::of_answer();
     v1::ListPendingChangesResponse {
         next_page_token: last.map_or_else(String::new, |Accepted { step, order }| format!("{step}-{order}")),
-        changes: page.iter().map(message).collect(),
+        changes: page.iter().map(|pending| message(pending, &mut room)).collect(),
     }
 }
 
@@ -41,7 +42,7 @@ pub(super) fn page_token(token: &str) -> Result<Option<Accepted>, ServiceError> 
     })
 }
 
-fn message(pending: &PendingChange) -> v1::PendingChange {
+fn message(pending: &PendingChange, room: &mut lists::Room) -> v1::PendingChange {
     let mut request = v1::UpdateParametersRequest::default();
     for change in &pending.changes {
         match change {
@@ -62,10 +63,10 @@ fn message(pending: &PendingChange) -> v1::PendingChange {
                 damping: *damping,
             }),
             Change::Force { body, particles, forces } => {
-                request.forces.push(lists::force_message(body, particles, forces));
+                request.forces.push(lists::force_message(body, particles, forces, room));
             }
             Change::State { body, positions, velocities } => {
-                request.states.push(lists::state_message(body, positions, velocities.as_deref()));
+                request.states.push(lists::state_message(body, positions, velocities.as_deref(), room));
             }
             // It does not wait.
             Change::Reset => {}
@@ -91,5 +92,48 @@ fn kind_message(kind: Option<SpringKind>) -> v1::SpringKind {
         Some(SpringKind::Stretch) => v1::SpringKind::Stretch,
         Some(SpringKind::Shear) => v1::SpringKind::Shear,
         Some(SpringKind::Bend) => v1::SpringKind::Bend,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nappe_sim::world::{ColliderMove, MoveKey, Vectors};
+    use prost::Message as _;
+
+    use super::*;
+
+    /// What a client takes by default, and what a call may have (bytes).
+    const MESSAGE_BYTES: usize = 4 << 20;
+
+    fn one_call(changes: Vec<Change>) -> v1::ListPendingChangesResponse {
+        let accepted = Accepted { step: 7, order: 3 };
+        page(&[PendingChange { accepted, changes }], None)
+    }
+
+    #[test]
+    fn an_answer_is_no_longer_than_a_message_whatever_one_call_asked_for() {
+        // By the id of one upload, a short call puts many bodies, and each list is short enough to be shown.
+        let (vectors, count) = (Vectors::from(vec![[0.5; 3]; 170]), 5000);
+        let put = |number: usize| Change::State {
+            body: format!("{number:064}"),
+            positions: vectors.clone(),
+            velocities: Some(vectors.clone()),
+        };
+        let told = one_call((0..count).map(put).collect());
+        assert!(told.encoded_len() < MESSAGE_BYTES, "{} bytes", told.encoded_len());
+        let states = &told.changes[0].changes.as_ref().expect("changes").states;
+        assert_eq!(states.len(), count);
+        let lengths =
+            [0, count - 1].map(|at| (states[at].positions_f64.len(), states[at].velocities_f64.len()));
+        assert_eq!(lengths, [(4080, 4080), (0, 0)]);
+
+        let key = MoveKey { time: 1.0, position: Some([0.1; 3]), turn: Some([0.0, 0.0, 0.0, 1.0]) };
+        let sent = |number: usize| {
+            Change::Collider(ColliderMove { collider: format!("{number:064}"), keys: Arc::new([key]) })
+        };
+        let told = one_call((0..10_000).map(sent).collect());
+        assert!(told.encoded_len() < MESSAGE_BYTES / 2, "{} bytes", told.encoded_len());
     }
 }

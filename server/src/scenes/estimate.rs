@@ -28,7 +28,11 @@ const fn cost(build: f64, session: f64) -> Cost {
     Cost { build, session }
 }
 
-/// Costs in binary32, and what binary64 adds.
+/// A body, however small: its name and its keys, its parameters and its topology as messages have them.
+const BODY: Cost = cost(7_000.0, 3_000.0);
+/// Costs in binary32, and what binary64 adds: a cloth, however small, has lists of its layout and of its states, for sixteen particles at
+/// least, and memory for its steps.
+const CLOTH: [Cost; 2] = [cost(17_000.0, 19_000.0), cost(8_000.0, 8_000.0)];
 const CLOTH_PARTICLE: [Cost; 2] = [cost(166.0, 146.0), cost(76.0, 111.0)];
 const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 95.0), cost(0.0, 75.0)];
 /// The iterate that is tried, the state before the last one, and the diagonal blocks kept at a saddle.
@@ -90,6 +94,8 @@ impl Estimate {
             cost(narrow.build + wide * more.build, narrow.session + wide * more.session)
         };
         let parts = [
+            (size.bodies, BODY),
+            (size.cloths, by(CLOTH)),
             (size.cloth_particles, by(CLOTH_PARTICLE)),
             (size.implicit_particles, by(IMPLICIT_PARTICLE)),
             (size.iterated_particles, by(ITERATED_PARTICLE)),
@@ -187,6 +193,8 @@ mod tests {
     use crate::memory::MemoryAccount;
 
     const SIZE: SceneSize = SceneSize {
+        bodies: 1,
+        cloths: 1,
         cloth_particles: 1000,
         implicit_particles: 1000,
         iterated_particles: 0,

@@ -40,7 +40,8 @@ struct Kept {
 impl Kept {
     /// Vectors of the mesh, without a copy.
     fn share(&self, of: fn(&TriangleMesh) -> &[[f64; 3]]) -> Vectors {
-        Shared { mesh: Arc::clone(&self.mesh), of, _memory: Arc::clone(&self.memory) }.into()
+        let shared = Shared { mesh: Arc::clone(&self.mesh), of, _memory: Arc::clone(&self.memory) };
+        Vectors::counted_elsewhere(shared)
     }
 }
 

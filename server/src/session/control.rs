@@ -203,7 +203,7 @@ impl Control {
             return Ok(());
         }
         let (told, newest) = (self.status.progress().parameters.collider_poses, self.status.feed.newest());
-        let waiting = desk.pending.moved();
+        let waiting = desk.pending.queue().moved();
         let departure = |name: &str| {
             let pose = told.iter().find(|pose| pose.name == name)?;
             let pose = Pose { position: pose.position?.into(), turn: pose.turn?.into() };
@@ -221,12 +221,12 @@ impl Control {
         after: Option<Accepted>,
         count: usize,
     ) -> (Vec<PendingChange>, Option<Accepted>) {
-        self.lock().pending.page(after, count)
+        self.lock().pending.queue().page(after, count)
     }
 
     /// How many changes wait.
     pub(super) fn pending_count(&self) -> usize {
-        self.lock().pending.count()
+        self.lock().pending.queue().count()
     }
 
     /// Drops changes that wait: those of these orders, or all. Returns how many there were.

@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 
 use super::{
     pace::Pace,
-    pending_changes::{Accepted, PendingChanges},
+    pending_changes::{Accepted, PendingChanges, Queue},
     status::Progress,
     transition::State,
     waiting::{FrameWish, Standing, Waiting},
@@ -144,5 +144,6 @@ pub(super) struct Trial {
 #[derive(Debug)]
 pub(super) struct Copied {
     pub(super) simulation: Simulation,
-    pub(super) pending: PendingChanges,
+    /// The changes that wait.
+    pub(super) pending: Queue,
 }

@@ -19,6 +19,7 @@ use super::{
     control::{Control, StepOrder, Steps},
     desk::Copied,
     failure::interrupted,
+    frame_room::FrameRoom,
     lease::Lease,
     pending_changes::{Accepted, PendingChange},
     status::{Properties, Status},
@@ -59,6 +60,7 @@ pub(crate) struct Session {
     watcher_slots: Arc<Semaphore>,
     watcher_limit: u32,
     lease: Lease,
+    frame_room: FrameRoom,
     /// Cancelled when the thread has ended.
     ended: CancellationToken,
 }
@@ -68,7 +70,7 @@ impl Session {
         status: Arc<Status>,
         topology: Vec<v1::Topology>,
         control: Arc<Control>,
-        ended: CancellationToken,
+        (frame_room, ended): (FrameRoom, CancellationToken),
         limits: &Limits,
     ) -> Self {
         let watcher_limit = limits.max_watchers_per_session;
@@ -77,7 +79,7 @@ impl Session {
             (limits.idle_session_seconds > 0)
                 .then(|| Duration::from_secs(limits.idle_session_seconds.into())),
         );
-        Self { status, topology, control, watcher_slots, watcher_limit, lease, ended }
+        Self { status, topology, control, watcher_slots, watcher_limit, lease, frame_room, ended }
     }
 
     /// Begins the lease anew, since somebody calls.
@@ -289,8 +291,9 @@ impl Session {
     /// Asks that frames hold these fields while the wish lasts, the newest one too if its state still stands.
     ///
     /// # Errors
-    /// If too many calls wait, or the session fails or is deleted meanwhile.
+    /// If the server has no memory for them, too many calls wait, or the session fails or is deleted meanwhile.
     pub(crate) async fn provide(&self, fields: FieldSet) -> Result<Wish, ServiceError> {
+        self.frame_room.make(self.feed().demand().union(fields))?;
         let (wish, _) = self.feed().wish(fields);
         if !self.feed().newest().frame.fields().covers(fields)
             && let Some(completed) = self.control.complete_newest()?

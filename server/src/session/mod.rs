@@ -21,6 +21,7 @@ mod launcher;
 mod ranks;
 mod simulator;
 mod stepper;
+mod frame_room;
 mod handle;
 mod place;
 mod start;

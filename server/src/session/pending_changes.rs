@@ -7,7 +7,10 @@ use std::{
 
 use nappe_sim::world::Change;
 
-use crate::error::{Reason, ServiceError};
+use crate::{
+    error::{Reason, ServiceError},
+    memory::Claim,
+};
 
 /// Changes in a page, unless the first call of it has more: with lists of a KiB each, an answer stays below 4 MiB.
 const PAGE_CHANGES: usize = 2048;
@@ -28,40 +31,95 @@ pub(crate) struct PendingChange {
     pub changes: Vec<Change>,
 }
 
-/// Groups of changes, one per call, bounded in number.
-#[derive(Clone, Debug)]
+/// Memory of a group beside that of its changes (bytes).
+const GROUP_BYTES: usize = 100;
+
+/// Changes that wait: groups of them, one per call, bounded in number, and counted as memory of the server until they are taken.
+#[derive(Debug)]
 pub(super) struct PendingChanges {
+    queue: Queue,
+    memory: Claim,
+}
+
+/// Groups of changes. A copy of them is counted by nobody.
+#[derive(Clone, Debug)]
+pub(super) struct Queue {
     groups: BTreeMap<Accepted, Vec<Change>>,
     /// Changes in all groups.
     count: usize,
+    /// Memory of all groups (bytes).
+    bytes: u64,
     limit: usize,
     /// Groups taken so far.
     last_order: u64,
 }
 
 impl PendingChanges {
-    /// An empty queue of at most `limit` changes.
-    pub(super) fn new(limit: u32) -> Self {
-        Self { groups: BTreeMap::new(), count: 0, limit: limit as usize, last_order: 0 }
+    /// An empty queue of at most `limit` changes, whose memory `memory` counts.
+    pub(super) fn new(limit: u32, memory: Claim) -> Self {
+        let limit = limit as usize;
+        Self { queue: Queue { groups: BTreeMap::new(), count: 0, bytes: 0, limit, last_order: 0 }, memory }
+    }
+
+    /// The queue of another session, for a copy of that.
+    ///
+    /// # Errors
+    /// If the server has not as much memory left.
+    pub(super) fn of(queue: Queue, memory: Claim) -> Result<Self, ServiceError> {
+        memory.grow(queue.bytes)?;
+        Ok(Self { queue, memory })
+    }
+
+    /// The changes that wait, in the order in which they take effect.
+    pub(super) fn queue(&self) -> &Queue {
+        &self.queue
     }
 
     /// Queues a group before step `step`; groups of one step take effect in the order they came.
-    pub(super) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<Accepted, ServiceError> {
-        let (count, limit) = (self.count + weight(&changes), self.limit);
+    ///
+    /// # Errors
+    /// If too many changes wait, or the server has no memory for them.
+    pub(super) fn push(&mut self, step: u64, mut changes: Vec<Change>) -> Result<Accepted, ServiceError> {
+        changes.shrink_to_fit();
+        let Queue { count, limit, .. } = self.queue;
+        let count = count + weight(&changes);
         if count > limit {
             let message = format!("{count} changes would wait for their step; allowed: at most {limit}");
             return Err(ServiceError::new(Reason::TooManyChanges, message)
                 .with("changes", count)
                 .with("allowed", limit));
         }
+        self.memory.grow(bytes(&changes))?;
 
-        self.count = count;
-        self.last_order += 1;
-        let accepted = Accepted { step, order: self.last_order };
-        self.groups.insert(accepted, changes);
+        self.queue.count = count;
+        self.queue.bytes += bytes(&changes);
+        let accepted = self.count_call(step);
+        self.queue.groups.insert(accepted, changes);
         Ok(accepted)
     }
 
+    /// Counts a call that changes the session, before step `step`.
+    pub(super) fn count_call(&mut self, step: u64) -> Accepted {
+        self.queue.last_order += 1;
+        Accepted { step, order: self.queue.last_order }
+    }
+
+    /// Takes the groups due before step `step`, in order.
+    pub(super) fn take_due(&mut self, step: u64) -> Vec<Vec<Change>> {
+        let due = self.queue.take_due(step);
+        self.memory.shrink_to(self.queue.bytes);
+        due
+    }
+
+    /// Drops the groups of these orders; `None`: all. Returns how many there were.
+    pub(super) fn drop_groups(&mut self, orders: Option<&[u64]>) -> u64 {
+        let dropped = self.queue.drop_groups(orders);
+        self.memory.shrink_to(self.queue.bytes);
+        dropped
+    }
+}
+
+impl Queue {
     /// How many changes wait.
     pub(super) fn count(&self) -> usize {
         self.count
@@ -82,14 +140,7 @@ impl PendingChanges {
         due.flat_map(|(_, changes)| changes).filter(|change| matches!(change, Change::State { .. }))
     }
 
-    /// Counts a call that changes the session without waiting, before step `step`.
-    pub(super) fn count_call(&mut self, step: u64) -> Accepted {
-        self.last_order += 1;
-        Accepted { step, order: self.last_order }
-    }
-
-    /// Takes the groups due before step `step`, in order.
-    pub(super) fn take_due(&mut self, step: u64) -> Vec<Vec<Change>> {
+    fn take_due(&mut self, step: u64) -> Vec<Vec<Change>> {
         let mut due = Vec::new();
         while let Some(entry) = self.groups.first_entry()
             && entry.key().step <= step
@@ -98,6 +149,7 @@ impl PendingChanges {
         }
 
         self.count -= due.iter().map(|changes| weight(changes)).sum::<usize>();
+        self.bytes -= due.iter().map(|changes| bytes(changes)).sum::<u64>();
         due
     }
 
@@ -122,11 +174,11 @@ impl PendingChanges {
         (page, left.next().and(last))
     }
 
-    /// Drops the groups of these orders; `None`: all. Returns how many there were.
-    pub(super) fn drop_groups(&mut self, orders: Option<&[u64]>) -> u64 {
+    fn drop_groups(&mut self, orders: Option<&[u64]>) -> u64 {
         let before = self.groups.len();
         self.groups.retain(|accepted, _| orders.is_some_and(|orders| !orders.contains(&accepted.order)));
         self.count = self.groups.values().map(|changes| weight(changes)).sum();
+        self.bytes = self.groups.values().map(|changes| bytes(changes)).sum();
         (before - self.groups.len()) as u64
     }
 }
@@ -136,13 +188,58 @@ fn weight(changes: &[Change]) -> usize {
     changes.iter().map(Change::weight).sum()
 }
 
+/// Memory of a group (bytes).
+fn bytes(changes: &[Change]) -> u64 {
+    (GROUP_BYTES + changes.iter().map(Change::bytes).sum::<usize>()) as u64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::MemoryAccount;
+
+    /// An empty queue on a server with room for everything.
+    fn queue(limit: u32) -> PendingChanges {
+        PendingChanges::new(limit, MemoryAccount::of_server(1 << 30).claim())
+    }
+
+    #[test]
+    fn what_waits_counts_as_memory_until_it_is_taken_or_dropped() {
+        let account = MemoryAccount::of_server(21_000);
+        let mut pending = PendingChanges::new(1000, account.claim());
+        let path = |points: usize| {
+            vec![Change::PinPath { particle: 0, points: vec![(1.0, [0.0; 3]); points].into() }]
+        };
+        let of_lists = |points: u64| 32 * points;
+        pending.push(3, path(100)).expect("room");
+        pending.push(5, path(200)).expect("room");
+        let used = account.used();
+        assert!((of_lists(300)..of_lists(300) + 600).contains(&used), "{used}");
+        let full = pending.push(7, path(400)).expect_err("no memory");
+        assert_eq!((full.reason, account.used()), (Reason::ServerMemoryFull, used), "nothing is taken");
+        assert_eq!(pending.push(7, path(800)).expect_err("too many").reason, Reason::TooManyChanges);
+
+        // A copy counts once more, where there is room.
+        let copy = PendingChanges::of(pending.queue().clone(), account.claim()).expect("room");
+        assert_eq!(account.used(), 2 * used);
+        PendingChanges::of(pending.queue().clone(), account.claim()).expect_err("no memory");
+        drop(copy);
+
+        assert_eq!(pending.take_due(3).len(), 1);
+        let left = account.used();
+        assert!((of_lists(200)..of_lists(200) + 300).contains(&left), "{left}");
+        assert_eq!(pending.drop_groups(Some(&[9])), 0);
+        assert_eq!(account.used(), left);
+        assert_eq!(pending.drop_groups(None), 1);
+        assert_eq!(account.used(), 0);
+        pending.push(9, path(400)).expect("room again");
+        drop(pending);
+        assert_eq!(account.used(), 0);
+    }
 
     #[test]
     fn groups_come_in_the_order_of_steps_and_are_bounded() {
-        let mut pending = PendingChanges::new(3);
+        let mut pending = queue(3);
         let drag = |value| vec![Change::Drag(value)];
         pending.push(5, drag(1.0)).expect("room");
         pending.push(2, drag(2.0)).expect("room");
@@ -155,15 +252,15 @@ mod tests {
 
     #[test]
     fn groups_are_listed_in_order_and_dropped_by_their_order() {
-        let mut pending = PendingChanges::new(9);
+        let mut pending = queue(9);
         for step in [5, 2, 5, 7] {
             pending.push(step, vec![Change::Drag(0.0)]).expect("room");
         }
         let orders =
             |page: &[PendingChange]| page.iter().map(|group| group.accepted.order).collect::<Vec<_>>();
-        let (page, more) = pending.page(None, 3);
+        let (page, more) = pending.queue().page(None, 3);
         assert_eq!((orders(&page), more), (vec![2, 1, 3], Some(Accepted { step: 5, order: 3 })));
-        let (page, more) = pending.page(Some(page[2].accepted), 3);
+        let (page, more) = pending.queue().page(Some(page[2].accepted), 3);
         assert_eq!((orders(&page), more), (vec![4], None));
 
         // Lists of a KiB and more: a page holds as many as an answer has room for, and one at least.
@@ -172,20 +269,20 @@ mod tests {
             positions: vec![[0.0; 3]; 1024 * kibibytes / 24].into(),
             velocities: None,
         };
-        let mut large = PendingChanges::new(10_000);
+        let mut large = queue(10_000);
         for kibibytes in [3000, 1000, 1000, 100] {
             large.push(1, vec![list(kibibytes)]).expect("room");
         }
-        let (page, more) = large.page(None, 9);
+        let (page, more) = large.queue().page(None, 9);
         assert_eq!((orders(&page), more), (vec![1], Some(Accepted { step: 1, order: 1 })));
-        let (page, more) = large.page(more, 9);
+        let (page, more) = large.queue().page(more, 9);
         assert_eq!((orders(&page), more), (vec![2, 3], Some(Accepted { step: 1, order: 3 })));
-        let (page, more) = large.page(more, 9);
+        let (page, more) = large.queue().page(more, 9);
         assert_eq!((orders(&page), more), (vec![4], None));
 
         assert_eq!(pending.drop_groups(Some(&[3, 1, 99])), 2);
-        assert_eq!(orders(&pending.page(None, 9).0), [2, 4]);
+        assert_eq!(orders(&pending.queue().page(None, 9).0), [2, 4]);
         assert_eq!(pending.drop_groups(None), 2);
-        assert_eq!(pending.count, 0);
+        assert_eq!(pending.queue().count(), 0);
     }
 }

@@ -12,7 +12,7 @@ use tokio::sync::oneshot;
 use super::{
     control::Control,
     desk::{Copied, Desk, Ending, InProgress, Injected, Trial},
-    pending_changes::{Accepted, PendingChanges},
+    pending_changes::{Accepted, Queue},
     transition::{Effect, Event, State},
     waiting::FrameWish,
 };
@@ -29,7 +29,7 @@ pub(super) enum Task {
     /// Finds the hash of the state at which the session stands, and makes the frames of it that answers have.
     Settle { frames: Vec<FrameWish> },
     /// Copies the session for those who wait for it, with the changes that wait.
-    Copy { to: Vec<oneshot::Sender<Copied>>, pending: PendingChanges },
+    Copy { to: Vec<oneshot::Sender<Copied>>, pending: Queue },
     /// Puts the session back to its start, for those who wait for it.
     Reset { done: Vec<(oneshot::Sender<Accepted>, Accepted)> },
     /// Tells whether changes can be made, to those who wait for it.
@@ -68,7 +68,7 @@ impl Control {
             desk.copies.retain(|copy| !copy.is_closed());
             if !desk.copies.is_empty() {
                 let to = std::mem::take(&mut desk.copies);
-                return Task::Copy { to, pending: desk.pending.clone() };
+                return Task::Copy { to, pending: desk.pending.queue().clone() };
             }
 
             if !desk.resets.is_empty() && !matches!(desk.state, State::Finished | State::Failed) {
@@ -216,6 +216,8 @@ impl Control {
     pub(super) fn ended(&self, error: &ServiceError) {
         let mut desk = self.lock();
         desk.ending = Ending::Thread;
+        // Their memory is free for others before anybody is told of the end.
+        desk.pending.drop_groups(None);
         desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();

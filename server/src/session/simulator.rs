@@ -67,6 +67,8 @@ pub(super) struct Simulator {
     pub memory: Claim,
     /// Bytes of the snow that are counted: its grid grows as it flies apart.
     pub snow_bytes: u64,
+    /// Bytes that are counted for ways and forces: calls give others, and longer ones.
+    pub changed_bytes: u64,
     /// Bytes that are counted for pairs of surfaces that may meet: they take no more.
     pub pair_bytes: u64,
     /// The ranks that step it, where it does not itself: the simulation is then a copy, into which the state is fetched
@@ -196,7 +198,7 @@ impl Simulator {
         frame.is_multiple_of(interval) || position == FramePosition::Last
     }
 
-    /// Counts by how much the grid of the snow and the pairs of surfaces have grown.
+    /// Counts by how much the grid of the snow, ways and forces that calls gave, and the pairs of surfaces have grown.
     ///
     /// # Errors
     /// If the server has not as much memory left.
@@ -205,6 +207,11 @@ impl Simulator {
         if bytes > self.snow_bytes {
             self.memory.grow(bytes - self.snow_bytes)?;
             self.snow_bytes = bytes;
+        }
+        let bytes = self.simulation.changed_memory_bytes() as u64;
+        if bytes > self.changed_bytes {
+            self.memory.grow(bytes - self.changed_bytes)?;
+            self.changed_bytes = bytes;
         }
         self.count_pairs(self.simulation.pair_memory_bytes() as u64)
     }

@@ -25,6 +25,7 @@ use tokio_util::sync::CancellationToken;
 use super::{
     control::Control,
     desk::Copied,
+    frame_room::FrameRoom,
     handle::Session,
     parameters::parameters,
     pending_changes::PendingChanges,
@@ -127,6 +128,7 @@ pub(crate) async fn fork(
 ) -> Result<Session, ServiceError> {
     memory.grow(original.claimed_bytes())?;
     let (properties, Copied { simulation, pending }) = original.copy().await?;
+    let pending = PendingChanges::of(pending, memory.another())?;
     let is_at_end = properties.step_limit > 0 && simulation.step_count() >= properties.step_limit;
     let properties = Properties {
         step_limit: step_limit.unwrap_or(if is_at_end { 0 } else { properties.step_limit }),
@@ -223,6 +225,7 @@ fn build(
     let properties = Properties {
         claimed_bytes: session_bytes,
         claimed_snow_bytes: snow_bytes,
+        claimed_way_bytes: simulation.changed_memory_bytes() as u64,
         initial_changes: built.initial_changes.clone().into(),
         ..properties(options, &scene, &simulation)
     };
@@ -231,7 +234,7 @@ fn build(
         Some(_) => Arc::new(simulation.rules().over_ranks()),
         None => Arc::clone(simulation.rules()),
     };
-    let asked = (rules, PendingChanges::new(limits.max_pending_changes));
+    let asked = (rules, PendingChanges::new(limits.max_pending_changes, memory.another()));
     let (mut stepper, session) = stand(simulation, pool, properties, asked, resources, ended, memory)?;
     if let Some(counts) = options.ranks {
         let begin = Begin { setup: &built.setup, precision, changes: &built.initial_changes };
@@ -256,7 +259,7 @@ fn stand(
     memory: Claim,
 ) -> Result<(Stepper, Session), ServiceError> {
     let Resources { limits, streams, counters, .. } = resources;
-    let snow_bytes = properties.claimed_snow_bytes;
+    let Properties { claimed_snow_bytes: snow_bytes, claimed_way_bytes: changed_bytes, .. } = properties;
     let topology = topology(&simulation, &properties.uid);
     interrupt::point();
     let diagnostics = pool.install(|| initial_diagnostics(&simulation));
@@ -281,7 +284,8 @@ fn stand(
 
     let step_interrupt = simulation.interrupt().clone();
     let control = Arc::new(Control::new(Arc::clone(&status), rules, step_interrupt, pending));
-    let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), ended, limits);
+    let room = FrameRoom::new(memory.another(), status.properties.particle_count, budget);
+    let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), (room, ended), limits);
 
     let hashed = Cell::new(Some((simulation.step_count(), state_hash)));
     let mut simulator = Simulator {
@@ -292,6 +296,7 @@ fn stand(
         hashed,
         memory,
         snow_bytes,
+        changed_bytes,
         pair_bytes: 0,
         ranks: None,
         behind: Behind::Nothing,
@@ -354,6 +359,7 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
         initial_changes: Arc::default(),
         claimed_bytes: 0,
         claimed_snow_bytes: 0,
+        claimed_way_bytes: 0,
     }
 }
 

@@ -43,6 +43,8 @@ pub(crate) struct Properties {
     pub claimed_bytes: u64,
     /// Those of them that are counted for its snow, before that grows.
     pub claimed_snow_bytes: u64,
+    /// Those of them that are counted for ways of colliders and pins, before calls give others.
+    pub claimed_way_bytes: u64,
 }
 
 impl Properties {

@@ -19,7 +19,7 @@ use super::{
     failure::{FailurePoint, SessionFailure},
     notices,
     parameters::{parameters, put_collider_poses},
-    pending_changes::{Accepted, PendingChanges},
+    pending_changes::{Accepted, Queue},
     ranks::{Begin, RankCounts, Ranks, Watched},
     schedule::Task,
     simulator::{Behind, FramePosition, NoStep, Simulator, TimedStep},
@@ -95,7 +95,7 @@ impl Stepper {
     }
 
     /// Hands out copies, unless the state may be half changed.
-    fn copy(&self, to: Vec<oneshot::Sender<Copied>>, pending: &PendingChanges) {
+    fn copy(&self, to: Vec<oneshot::Sender<Copied>>, pending: &Queue) {
         for copy in to.into_iter().filter(|_| !self.simulator.is_torn) {
             let simulation = self.simulator.simulation.fork();
             // Whoever asked may be gone.

@@ -46,7 +46,7 @@ impl Control {
         self.check_room(&mut desk, Some(&done))?;
         // Of a body that several calls put, the last state counts.
         let mut list = changes.to_vec();
-        let due: Vec<&Change> = desk.pending.states_due(desk.next_step).collect();
+        let due: Vec<&Change> = desk.pending.queue().states_due(desk.next_step).collect();
         for waiting in due.into_iter().rev() {
             if !list.iter().any(|later| is_of_same_body(later, waiting)) {
                 list.insert(0, waiting.clone());

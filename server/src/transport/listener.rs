@@ -25,12 +25,18 @@ use tower::{ServiceExt as _, util::BoxCloneSyncService};
 
 use super::{
     activity::Activity,
-    connections::{Connections, Full, Place},
+    connections::{Connections, Place},
     progress::Progress,
 };
 #[cfg(unix)]
 use crate::address::SocketFile;
-use crate::{address::Address, caller::Caller, counters::Counters};
+use crate::{
+    address::Address,
+    caller::Caller,
+    counters::Counters,
+    error::Reason,
+    refusals::{Call, Refusals},
+};
 
 /// HTTP/2 flow control: bytes of requests in flight per stream, a piece of an upload.
 const STREAM_WINDOW: u32 = 1 << 20;
@@ -141,6 +147,8 @@ pub(crate) struct ListenerSettings {
     pub drain_stall: Duration,
     /// Where bytes that are written are counted.
     pub counters: Arc<Counters>,
+    /// Where connections that are refused are counted and told.
+    pub refusals: Arc<Refusals>,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
@@ -163,7 +171,7 @@ pub(crate) async fn serve(listener: Listener, handler: Handler, settings: Listen
         match accepted {
             Ok(line) => {
                 let caller = line.caller();
-                let Some(place) = place_for(caller, &places, &settings) else { continue };
+                let Some(place) = place_for(caller, &places, &settings.refusals) else { continue };
                 if caller.is_elsewhere() {
                     tracing::info!(%caller, "connected");
                 }
@@ -186,23 +194,17 @@ pub(crate) async fn serve(listener: Listener, handler: Handler, settings: Listen
     }
 }
 
-/// A place for a connection, or a line in the log that says why there is none.
-fn place_for(caller: Caller, places: &Arc<Connections>, settings: &ListenerSettings) -> Option<Place> {
+/// A place for a connection. That there is none is counted and told as a refused call is.
+fn place_for(caller: Caller, places: &Arc<Connections>, refusals: &Arc<Refusals>) -> Option<Place> {
     let peer = match caller {
         Caller::Tcp(peer) => Some(peer.ip()),
         Caller::Unix => None,
     };
-    match places.place(peer) {
-        Ok(place) => return Some(place),
-        Err(Full::Everywhere) => {
-            tracing::warn!(%caller, "refused: {} connections are open", settings.max_connections);
-        }
-        Err(Full::FromThere) => {
-            let count = settings.max_connections_per_address;
-            tracing::warn!(%caller, "refused: {count} connections are open from this address");
-        }
+    let place = places.place(peer);
+    if place.is_err() {
+        Call::new(caller, refusals).refused(Reason::TooManyConnections);
     }
-    None
+    place.ok()
 }
 
 fn builder(settings: &ListenerSettings) -> Builder<TokioExecutor> {
@@ -335,5 +337,36 @@ async fn first_bytes(stream: &TcpStream) -> bool {
             // Peeking again would return at once with the same bytes.
             Ok(_) => tokio::time::sleep(Duration::from_millis(10)).await,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::*;
+    use crate::transport::connections::Standing;
+
+    #[test]
+    fn a_connection_for_which_there_is_no_place_is_counted_as_refused() {
+        let (places, refusals) = (Connections::new(2, 1), Arc::new(Refusals::default()));
+        let caller = |port: u16| Caller::Tcp((Ipv4Addr::LOCALHOST, port).into());
+        let known = |caller: Caller| {
+            let place = place_for(caller, &places, &refusals).expect("a place");
+            let mut request = http::Extensions::new();
+            place.go_with(&mut request);
+            Standing::of(&request).becomes_known();
+            place
+        };
+        let counted = || {
+            let counts = refusals.counts().into_iter();
+            counts.filter(|(_, count)| *count > 0).collect::<Vec<_>>()
+        };
+        let _here = known(caller(1));
+        assert!(counted().is_empty());
+        assert!(place_for(caller(2), &places, &refusals).is_none(), "one from an address");
+        let _unix = known(Caller::Unix);
+        assert!(place_for(Caller::Unix, &places, &refusals).is_none(), "two in all");
+        assert_eq!(counted(), [(Reason::TooManyConnections, 2)]);
     }
 }

@@ -91,7 +91,11 @@ fn families(shared: &Shared) -> [Family; 11] {
             one(memory.used()),
         ),
         ("nappe_reservable_memory_bytes", "Memory that may be reserved.", one(memory.limit())),
-        ("nappe_refused_requests_total", "Calls refused and watchers cut, by reason.", refused.collect()),
+        (
+            "nappe_refused_requests_total",
+            "Calls and connections refused and watchers cut, by reason.",
+            refused.collect(),
+        ),
     ]
 }
 

@@ -59,7 +59,11 @@ const TASKS: [Task; 12] = [
          docs builds; laws takes --seeds N, --minutes M, --law NAME, --seed S",
         prove::run,
     ),
-    ("drill", "a server under load, which holds no more at its end: load, or load --minutes N", drill::run),
+    (
+        "drill",
+        "a server under load, stopped for a while, or with jobs of ranks that are killed: load, load --minutes N, stops, jobs",
+        drill::run,
+    ),
     (
         "bench",
         "the benchmarks named after it, or all: zara cloth solver snow stomakhin stream packed serve",

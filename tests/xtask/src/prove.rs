@@ -85,7 +85,9 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     let waiting = "--release --features nappe-tests/slow --test service";
     suites::run(shell, "calls that wait", waiting, &CALLS, suites::SLOW)?;
     programs(shell)?;
-    drill::run(shell, &["load".to_owned()])?;
+    for name in drill::ALL {
+        drill::run(shell, &[name.to_owned()])?;
+    }
     shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd --force"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
     clients::examples(shell)?;

@@ -26,7 +26,8 @@ pub(crate) fn test(shell: &mut Shell) -> Result<(), Failure> {
     suites::run(shell, "ranks of MPI", selection, &[], suites::QUICK)
 }
 
-fn is_possible(shell: &Shell) -> bool {
+/// Whether MPI and what reads its header are installed.
+pub(crate) fn is_possible(shell: &Shell) -> bool {
     ["mpicc", "mpirun"].iter().all(|program| shell.find(program).is_some()) && has_libclang()
 }
 

@@ -119,7 +119,7 @@ fn end(child: &mut Child) -> io::Result<()> {
 }
 
 /// Processes below another, as Linux tells them; none elsewhere.
-fn descendants(ancestor: u32) -> Vec<u32> {
+pub(crate) fn descendants(ancestor: u32) -> Vec<u32> {
     let entries = fs::read_dir("/proc").into_iter().flatten().filter_map(Result::ok);
     let process = |entry: fs::DirEntry| {
         let id: u32 = entry.file_name().to_str()?.parse().ok()?;

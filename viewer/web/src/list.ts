@@ -3,6 +3,7 @@
 import { type Client, NappeError, type Session, SessionState } from '../../../client/typescript/src/index.ts';
 import { admitted } from './access.ts';
 import { element, make } from './dom.ts';
+import { answering } from './late.ts';
 import { STATES, many, titleOf } from './live_facts.ts';
 import { pass, stand } from './notice.ts';
 import { back, lost, refused } from './words.ts';
@@ -71,8 +72,10 @@ class List {
   private async create(): Promise<void> {
     const button = element<HTMLButtonElement>('create');
     button.disabled = true;
+    const answered = answering('the session');
     try {
-      const { sessionId } = await admitted(this.client, () => this.client.create({ scene: element<HTMLSelectElement>('scene').value }));
+      const scene = element<HTMLSelectElement>('scene').value;
+      const { sessionId } = await admitted(this.client, () => this.client.create({ scene })).finally(answered);
       location.assign(addressOf(sessionId));
     } catch (error) {
       pass(refused('the session', error));

@@ -34,6 +34,12 @@ export function pass(notice: Notice): void {
   timer = setTimeout(() => show(standing), notice.deeds === undefined ? NEWS : 4 * NEWS);
 }
 
+/** Takes away what is shown for a while: what stood before is shown again. */
+export function settle(): void {
+  clearTimeout(timer);
+  show(standing);
+}
+
 function show(notice: Notice | null): void {
   const host = element('notice');
   host.hidden = notice === null;

@@ -29,8 +29,8 @@ const LOOK_EVERY = 2_000;
 const JUDGE_EVERY = 1_000;
 /** Between two changes of plots and counts (ms). */
 const WRITE_EVERY = 333;
-/** A tab that is not seen for so long (ms) watches no more, until it is seen again. */
-const UNSEEN = 30_000;
+/** A tab that is not seen for so long (ms) watches no more, until it is seen again: other pages may have its place. */
+const UNSEEN = 5_000;
 /** Attempts after which a server that said that it ends counts as lost. */
 const PATIENT = 6;
 /** A picture that is older than this (s) is said to be old. */
@@ -93,6 +93,8 @@ export class SessionPage {
       end: ({ step }) => stand(words.finished(step)),
       lost: (attempt) => this.lost(attempt),
       back: () => this.back(),
+      crowded: () => stand(words.crowded),
+      seated: () => stand(this.standing()),
       ended: (error) => this.ended(error),
     });
     // Whoever waits for a picture can steer all the same.
@@ -307,11 +309,14 @@ export class SessionPage {
   /** A tab that nobody sees keeps no stream for long. */
   private rest(): void {
     let timer: ReturnType<typeof setTimeout> | undefined;
-    document.addEventListener('visibilitychange', () => {
+    const look = () => {
       clearTimeout(timer);
       if (document.hidden) timer = setTimeout(() => this.stream.close(), UNSEEN);
       else if (!this.isOver && !this.stream.isOpen) this.stream.open();
-    });
+    };
+    document.addEventListener('visibilitychange', look);
+    // A tab may be opened behind others.
+    if (document.hidden) look();
     addEventListener('pagehide', () => this.stream.close());
     addEventListener('pageshow', (event) => {
       if (event.persisted && !this.isOver) this.stream.open();

@@ -3,6 +3,7 @@
 import { type Client, NappeError, type Session, SessionState } from '../../../client/typescript/src/index.ts';
 import { element } from './dom.ts';
 import { type Actions, choose } from './keys.ts';
+import { answering } from './late.ts';
 
 /** Steps that the larger of two buttons takes. */
 const MANY = 10;
@@ -76,19 +77,19 @@ export class Steering {
   private play(): void {
     const realTimeFactor = Number(element<HTMLSelectElement>('speed').value);
     this.plays = true;
-    this.send('Playing', () => this.client.play(this.session, { realTimeFactor }));
+    this.command('Playing', () => this.client.play(this.session, { realTimeFactor }));
   }
 
   private pause(): void {
     this.plays = false;
-    this.send('Pausing', () => this.client.pause(this.session));
+    this.command('Pausing', () => this.client.pause(this.session));
   }
 
   /** A session that plays is paused first. */
   private step(count: number): void {
     this.plays = false;
     const step = () => this.client.step(this.session, count, { wait: false });
-    this.send(count === 1 ? 'The step' : 'The steps', () => step().catch(async (error: unknown) => {
+    this.command(count === 1 ? 'The step' : 'The steps', () => step().catch(async (error: unknown) => {
       if (!(error instanceof NappeError) || error.reason !== 'SESSION_PLAYING') throw error;
       await this.client.pause(this.session);
       return step();
@@ -96,21 +97,24 @@ export class Steering {
   }
 
   private fork(): void {
-    this.send('The fork', async () => {
-      this.events.forked(await this.client.fork(this.session));
-      return null;
-    });
+    this.send('The fork', () => this.client.fork(this.session), (fork) => this.events.forked(fork));
   }
 
-  /** `call` gives how the session stands, or null if it is as before. */
-  private send(doing: string, call: () => Promise<Session | null>): void {
+  /** `call` gives how the session stands. */
+  private command(doing: string, call: () => Promise<Session>): void {
+    this.send(doing, call, (session, asked) => this.events.done(session, asked));
+  }
+
+  /** `done` is told what `call` gave, which was made at a time (ms). */
+  private send<T>(doing: string, call: () => Promise<T>, done: (given: T, asked: number) => void): void {
     if (this.waiting > MOST_WAITING) return;
     this.waiting += 1;
+    const answered = answering(doing);
     this.last = this.last.then(async () => {
       const asked = performance.now();
       try {
-        const session = await call();
-        if (session !== null) this.events.done(session, asked);
+        const given = await call().finally(answered);
+        done(given, asked);
       } catch (error) {
         this.plays = this.state === SessionState.PLAYING;
         this.events.refused(doing, error);
@@ -132,11 +136,7 @@ export class Steering {
     button.addEventListener('click', () => {
       if (!button.classList.contains('danger')) return ask(true);
       ask(false);
-      this.send('Deleting', async () => {
-        await this.client.delete(this.session);
-        this.events.deleted();
-        return null;
-      });
+      this.send('Deleting', () => this.client.delete(this.session), () => this.events.deleted());
     });
     button.addEventListener('blur', () => ask(false));
   }

@@ -1,11 +1,12 @@
 // The stream of one session, which is asked for anew when something else is wanted of it.
 //
 // Enters: how often, and which fields. Leaves: frames, changes, how the line is. Of another session of the same id
-// nothing comes.
+// nothing comes. It has a place among the streams of this browser for as long as it is open.
 
 import type {
   Client, LiveFrame, NappeError, Progress, Session, SessionEnd, StateChange, Topology,
 } from '../../../client/typescript/src/index.ts';
+import { Place } from './place.ts';
 
 export interface StreamEvents {
   topology(topology: Topology): void;
@@ -17,6 +18,10 @@ export interface StreamEvents {
   /** The line broke, and is tried again for the `attempt`-th time. */
   lost(attempt: number): void;
   back(): void;
+  /** Other pages of this browser have all places: frames come once one of them has left its own. */
+  crowded(): void;
+  /** It has a place after all. */
+  seated(): void;
   /** The stream ended by an error, and is not tried again. */
   ended(error: unknown): void;
 }
@@ -27,14 +32,17 @@ export class Stream {
   private isColored = false;
   private abort: AbortController | null = null;
   private isLost = false;
+  /** It was said that other pages have all places. */
+  private isCrowded = false;
+  private readonly place = new Place();
 
   constructor(private readonly client: Client, private readonly session: Session, rate: number, private readonly events: StreamEvents) {
     this.rate = rate;
   }
 
-  /** Asks for frames, in place of those that come now. */
+  /** Asks for frames, instead of those that come now. */
   open(): void {
-    this.close();
+    this.abort?.abort();
     const abort = new AbortController();
     this.abort = abort;
     void this.run(abort.signal);
@@ -42,11 +50,12 @@ export class Stream {
 
   close(): void {
     this.abort?.abort();
-    this.abort = null;
+    this.end();
   }
 
+  /** Frames may come. */
   get isOpen(): boolean {
-    return this.abort !== null;
+    return this.abort !== null && !this.isCrowded;
   }
 
   /** The line broke and is not back. */
@@ -74,6 +83,7 @@ export class Stream {
       if (!signal.aborted) hear(...said);
     };
     const { events } = this;
+    if (!(await this.takePlace(signal))) return;
     try {
       const frames = this.client.frames(this.session, {
         rate: this.rate, fields: this.isColored ? ['plastic_ratio'] : [], signal,
@@ -90,12 +100,30 @@ export class Stream {
         if (signal.aborted) frame.release();
         else events.frame(frame);
       }
-      if (!signal.aborted) this.abort = null;
+      if (!signal.aborted) this.end();
     } catch (error) {
       if (signal.aborted) return;
-      this.abort = null;
+      this.end();
       events.ended(error);
     }
+  }
+
+  private end(): void {
+    this.abort = null;
+    this.place.leave();
+  }
+
+  /** Waits for a place; false if the stream is not wanted any more. */
+  private async takePlace(signal: AbortSignal): Promise<boolean> {
+    const isSeated = await this.place.take(signal, () => {
+      this.isCrowded = true;
+      this.events.crowded();
+    });
+    if (isSeated && this.isCrowded) {
+      this.isCrowded = false;
+      this.events.seated();
+    }
+    return isSeated;
   }
 
   /** Every stream begins with how the session stands: then the line is there. */

@@ -63,6 +63,20 @@ export function shut(error: NappeError): string {
   return 'It is how the server knows who may call it.';
 }
 
+/** Other pages of this browser have all places among its streams. */
+export const crowded: Notice = {
+  kind: 'trouble', what: 'Four other pages of this browser watch this server already, which is as many as its connections allow.',
+  remedy: 'This page steers its session all the same. Its picture goes on once one of the others is closed, or its tab is not seen for some seconds.',
+};
+
+/** A call that has no answer yet. */
+export function late(doing: string): Notice {
+  return {
+    kind: 'trouble', what: `${capital(doing)} has no answer yet.`,
+    remedy: 'A step that takes long delays it, a slow line, or other pages of this browser that hold its connections to the server: close one.',
+  };
+}
+
 /** A call that did not do what it should. */
 export function refused(doing: string, error: unknown): Notice {
   const known = error instanceof NappeError ? error : null;
@@ -70,7 +84,7 @@ export function refused(doing: string, error: unknown): Notice {
     return { kind: 'trouble', what: `The server did not answer: ${doing} may not have been done.`, remedy: 'Try again once the connection is back.' };
   }
   const why = sentence(error instanceof Error ? error.message : String(error));
-  return { kind: 'trouble', what: `${doing[0].toUpperCase()}${doing.slice(1)} was refused: ${why}`, remedy: known?.remedy ?? '' };
+  return { kind: 'trouble', what: `${capital(doing)} was refused: ${why}`, remedy: known?.remedy ?? '' };
 }
 
 /** The server is reached, but what it sends cannot be shown. */
@@ -82,6 +96,8 @@ export function unreadable(error: unknown): Notice {
 
 /** Whether an error says that the token is missing, wrong, or for another server. */
 export const isShut = (error: unknown): error is NappeError => error instanceof NappeError && error.code === Code.UNAUTHENTICATED;
+
+const capital = (words: string): string => `${words[0].toUpperCase()}${words.slice(1)}`;
 
 function ordinal(number: number): string {
   const ending = number % 100 > 10 && number % 100 < 14 ? undefined : ['st', 'nd', 'rd'][(number % 10) - 1];

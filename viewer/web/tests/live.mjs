@@ -5,6 +5,7 @@
 import assert from 'node:assert/strict';
 import { parseArgs } from 'node:util';
 import { alone, isProgram } from './chromium.mjs';
+import { crowd } from './live/crowd.mjs';
 import { door } from './live/door.mjs';
 import { list } from './live/list.mjs';
 import { loads } from './live/loads.mjs';
@@ -14,7 +15,7 @@ import { lineTo, serve } from './live/start.mjs';
 import { steering } from './live/steering.mjs';
 import { troubles } from './live/troubles.mjs';
 
-const PARTS = { picture, steering, list, odd, troubles, door };
+const PARTS = { picture, steering, list, odd, troubles, door, crowd };
 /** What takes minutes runs by its name alone. */
 const SLOW = { loads };
 

@@ -5,7 +5,9 @@
 
 use std::{future::Future, path::Path};
 
-use nappe_client::{Client, ClientError, Event, FrameStream, SessionEnd, Wait, WatchOptions, v1};
+use nappe_client::{
+    Client, ClientError, DiagnosticsEvent, Event, FrameStream, SessionEnd, Wait, WatchOptions, v1,
+};
 
 use super::{
     progress::{Progress, Shown},
@@ -134,7 +136,7 @@ async fn save(
     let frames = client.watch(id, sink.watch(options, session)).await?;
     client.play(id, 0.0).await?;
 
-    let mut saving = Saving { id, frames, sink, progress, kept, newest: None, broken: None };
+    let mut saving = Saving { client, id, frames, sink, progress, kept, newest: None, broken: None };
     while saving.receive().await? == Arrival::Saved {}
     let session = client.get_session(id).await?;
     saving.nothing_lost(&session)
@@ -144,9 +146,14 @@ async fn save(
 async fn play(client: &Client, id: &str, progress: &Progress) -> Result<()> {
     let mut stream = client.watch_diagnostics(id, DIAGNOSTICS_HZ).await?;
     client.play(id, 0.0).await?;
-    while let Some(next) = stream.next().await {
+    while let Some(next) = stream.next_event().await {
         match next {
-            Ok(diagnostics) => progress.show(&diagnostics),
+            Ok(DiagnosticsEvent::Diagnostics(diagnostics)) => progress.show(&diagnostics),
+            Ok(DiagnosticsEvent::Broken { cause }) => progress.note(&remote::broke(client, &cause)),
+            Ok(DiagnosticsEvent::Reconnected { attempts, cause }) => {
+                progress.note(&remote::back(attempts, &cause));
+            }
+            Ok(_) => {}
             Err(error) => return unless_ended(client, id, error).await,
         }
     }
@@ -172,6 +179,7 @@ struct Kept {
 
 /// A drive that saves.
 struct Saving<'a> {
+    client: &'a Client,
     id: &'a str,
     frames: FrameStream,
     sink: &'a mut Sink,
@@ -222,6 +230,10 @@ impl Saving<'_> {
             Some(Ok(Event::End(end))) => {
                 self.kept.told = Some(end);
                 return Ok(Arrival::Over);
+            }
+            Some(Ok(Event::Broken { cause })) => self.progress.note(&remote::broke(self.client, &cause)),
+            Some(Ok(Event::Reconnected { attempts, cause })) => {
+                self.progress.note(&remote::back(attempts, &cause));
             }
             None => return Ok(Arrival::Over),
             Some(Ok(_)) => {}

@@ -76,6 +76,14 @@ impl Progress {
         }
     }
 
+    /// Writes a sentence on standard error, above the bar if there is one.
+    pub(crate) fn note(&self, text: &str) {
+        match self {
+            Self::Bar(bar) => bar.suspend(|| output::note(text)),
+            Self::Lines(_) | Self::Quiet => output::note(text),
+        }
+    }
+
     /// Takes the bar away.
     pub(crate) fn finish(&self) {
         if let Self::Bar(bar) = self {

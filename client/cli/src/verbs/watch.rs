@@ -90,8 +90,9 @@ async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
                 print(&diagnostics, args.session.output.format())?;
                 left -= 1;
             }
+            Some(Ok(DiagnosticsEvent::Broken { cause })) => output::note(&remote::broke(client, &cause)),
             Some(Ok(DiagnosticsEvent::Reconnected { attempts, cause })) => {
-                output::note(&back(attempts, &cause));
+                output::note(&remote::back(attempts, &cause));
             }
             Some(Ok(DiagnosticsEvent::Change(change))) if !change.notice.is_empty() => {
                 output::note(&change.notice);
@@ -105,10 +106,6 @@ async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn back(attempts: u32, cause: &str) -> String {
-    format!("the connection broke ({cause}) and is back after {attempts} attempts")
 }
 
 fn print(step: &v1::Diagnostics, format: Format) -> Result<()> {
@@ -157,8 +154,9 @@ async fn save(client: &Client, args: &WatchArgs, mut sink: Sink) -> Result<u64> 
                 sink.frame(&frame)?;
                 saved += 1;
             }
+            Some(Ok(Event::Broken { cause })) => output::note(&remote::broke(client, &cause)),
             Some(Ok(Event::Reconnected { attempts, cause })) => {
-                output::note(&back(attempts, &cause));
+                output::note(&remote::back(attempts, &cause));
             }
             Some(Ok(Event::Change(change))) => failure = change.failure,
             Some(Ok(Event::End(end))) => {

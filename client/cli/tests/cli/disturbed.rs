@@ -8,6 +8,8 @@ use std::{
     thread,
 };
 
+use serde_json::Value;
+
 use crate::support::{Lines, PATIENCE, SMALL_SCENE, Server, command, end_by, folder, until, write_scene};
 
 /// Opens HTTP/2, where streams may be sent no bytes unasked, and makes a call: its answer never ends, and such a
@@ -91,6 +93,48 @@ fn watching_goes_on_after_the_connection_broke() {
     server.nappe(&["play", "endless", "--real-time-factor", "1"]).ok();
     assert_eq!(1 + lines.rest().len(), 40);
     assert_eq!(watching.wait().expect("it has ended").code(), Some(0), "{:?}", told.rest());
+}
+
+#[test]
+fn a_server_that_died_is_named_before_progress_is_told_again_and_again() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
+    let frames = folder.path().join("frames");
+    let frames = frames.to_str().expect("UTF-8");
+    let verbs: [&[&str]; 4] = [
+        &["run", &scene],
+        &["run", &scene, "--save", frames],
+        &["watch", "endless"],
+        &["watch", "endless", "--save", frames, "--force"],
+    ];
+    for words in verbs {
+        let server = Server::start();
+        endless(&server);
+        server.nappe(&["play", "endless", "--real-time-factor", "1"]).ok();
+        let url = server.url.clone();
+        let mut process = command();
+        process.args(words).args(["--server", &url]).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut process = process.spawn().expect("it starts");
+        let told = Lines::of(process.stderr.take().expect("a pipe"));
+        until("every session is watched", || {
+            let sessions = server.nappe(&["list"]).ok().json();
+            let sessions = sessions.as_array().expect("an array").clone();
+            let wanted = if words[0] == "run" { 2 } else { 1 };
+            let is_watched = |session: &Value| session["watcher_count"] == 1 && session["state"] == "playing";
+            sessions.len() == wanted && sessions.iter().any(is_watched)
+        });
+
+        server.end_by("KILL");
+        let broke = told.with("is asked for again");
+        assert!(broke.contains(&url), "{broke}");
+        let last = told.rest();
+        let gone = format!("no server answers at {url}");
+        assert!(last.iter().any(|line| line.contains(&gone)), "{words:?}: {last:?}");
+        // A line comes every 10 s: attempts for 19 s had one or two.
+        let progress = last.iter().filter(|line| line.starts_with("nappe: step")).count();
+        assert!(progress <= 1, "{words:?}: {last:?}");
+        assert_eq!(process.wait().expect("it has ended").code(), Some(4), "{words:?}: {last:?}");
+    }
 }
 
 /// A proxy in a thread, whose first connection is cut when asked to.

@@ -55,6 +55,7 @@ export const REASONS = {
   TOO_MANY_UPLOADS: { code: 'RESOURCE_EXHAUSTED', isDivergence: false, remedy: 'Try again in a moment.' },
   TOO_MANY_CHANGES: { code: 'RESOURCE_EXHAUSTED', isDivergence: false, remedy: 'Divide the changes over several calls, and send them closer to the step at which they take effect.' },
   TOO_MANY_COMMANDS: { code: 'RESOURCE_EXHAUSTED', isDivergence: false, remedy: 'Wait for answers before sending more, or do not ask to wait.' },
+  TOO_MANY_CONNECTIONS: { code: 'RESOURCE_EXHAUSTED', isDivergence: false, remedy: 'Close connections that are no longer needed, make several calls on one, or raise the limit (`--max-connections`, `--max-connections-per-address`).' },
   SCENE_TOO_LARGE: { code: 'RESOURCE_EXHAUSTED', isDivergence: false, remedy: 'Make the scene smaller, or raise the limit.' },
   MESH_TOO_LARGE: { code: 'RESOURCE_EXHAUSTED', isDivergence: false, remedy: 'Make the mesh smaller, or raise the limit.' },
   MESSAGE_TOO_LARGE: { code: 'RESOURCE_EXHAUSTED', isDivergence: false, remedy: 'Send less in one message; meshes go through UploadMesh in pieces.' },

@@ -9,10 +9,7 @@ use nappe_sim::{
         shape::{MeshSolid, NEAR_BYTES},
     },
     linalg::{PreconditionerKind, Stop},
-    math::{
-        Precision,
-        array::{cross, length, minus},
-    },
+    math::Precision,
     mesh::TriangleMesh,
     snow::{BLOCK_SIDE, grid_bytes},
     time_step::TimeStep,
@@ -21,7 +18,7 @@ use nappe_sim::{
 use super::{
     meshes::{MeshSource, uploaded},
     pins::named_bytes,
-    size::{lattice_springs, mesh_springs},
+    size::{area, lattice_springs, mesh_springs, volume},
     snow::{Plan, particles_per_volume, settings},
 };
 use crate::{
@@ -37,6 +34,10 @@ use crate::{
 /// Counts of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneSize {
+    /// Bodies of cloth.
+    pub bodies: u64,
+    /// Cloths that are stepped by themselves: bodies without a thickness, and all others as one.
+    pub cloths: u64,
     /// Particles of cloth.
     pub cloth_particles: u64,
     /// Of these, particles whose steps solve a linear system.
@@ -88,6 +89,9 @@ impl Scene {
             let particles = size.cloth_particles - before;
             load_blocks = load_blocks.saturating_add(particles.div_ceil(body.block_size.max(1) as u64));
         }
+        let thin = self.bodies.iter().filter(|body| body.thickness == 0.0).count();
+        size.bodies = self.bodies.len() as u64;
+        size.cloths = thin as u64 + u64::from(thin < self.bodies.len());
         for mesh in self.colliders.iter().filter_map(ColliderText::mesh) {
             size.add_collider(mesh, meshes);
         }
@@ -295,27 +299,6 @@ fn wanted(springs: &Springs, [stretch, shear, bend]: [u64; 3]) -> u64 {
     stretch
         .saturating_add(of(springs.shear.is_some(), shear))
         .saturating_add(of(springs.bend.is_some(), bend))
-}
-
-/// The volume (m³) that a mesh encloses.
-fn volume(mesh: &TriangleMesh) -> f64 {
-    let determinant = |t: &[u32; 3]| {
-        let corner = |i: usize| mesh.points.get(t[i] as usize).copied().unwrap_or_default();
-        let [a, b, c] = [corner(0), corner(1), corner(2)];
-        a[0] * (b[1] * c[2] - b[2] * c[1])
-            + a[1] * (b[2] * c[0] - b[0] * c[2])
-            + a[2] * (b[0] * c[1] - b[1] * c[0])
-    };
-    mesh.triangles.iter().map(determinant).sum::<f64>().abs() / 6.0
-}
-
-/// The surface (m²) of a mesh.
-fn area(mesh: &TriangleMesh) -> f64 {
-    let of = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|i| mesh.points.get(i as usize).copied().unwrap_or_default());
-        0.5 * length(cross(minus(b, a), minus(c, a)))
-    };
-    mesh.triangles.iter().map(of).sum()
 }
 
 #[cfg(test)]

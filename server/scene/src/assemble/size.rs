@@ -1,4 +1,10 @@
-//! Counts particles, springs and triangles of colliders against limits, before memory is taken for them.
+//! Counts particles, springs and triangles of colliders against limits, before memory is taken for them; volumes and areas that
+//! counts follow from.
+
+use nappe_sim::{
+    math::array::{cross, length, minus},
+    mesh::TriangleMesh,
+};
 
 use crate::{
     collider::ColliderMesh,
@@ -129,4 +135,25 @@ pub(super) fn mesh_springs(points: u64, triangles: u64) -> [u64; 3] {
     let sides = triangles.saturating_mul(3);
     let edges = sides.min(points.saturating_add(triangles));
     [edges, sides - edges, edges]
+}
+
+/// The volume (m³) that a mesh encloses.
+pub(super) fn volume(mesh: &TriangleMesh) -> f64 {
+    let determinant = |t: &[u32; 3]| {
+        let corner = |i: usize| mesh.points.get(t[i] as usize).copied().unwrap_or_default();
+        let [a, b, c] = [corner(0), corner(1), corner(2)];
+        a[0] * (b[1] * c[2] - b[2] * c[1])
+            + a[1] * (b[2] * c[0] - b[0] * c[2])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+    };
+    mesh.triangles.iter().map(determinant).sum::<f64>().abs() / 6.0
+}
+
+/// The surface (m²) of a mesh.
+pub(super) fn area(mesh: &TriangleMesh) -> f64 {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.points.get(i as usize).copied().unwrap_or_default());
+        0.5 * length(cross(minus(b, a), minus(c, a)))
+    };
+    mesh.triangles.iter().map(of).sum()
 }

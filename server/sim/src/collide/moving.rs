@@ -120,6 +120,11 @@ impl Collider {
         self.velocity != [0.0; 3] || self.way.as_ref().is_some_and(|way| way.moves(times))
     }
 
+    /// Memory of its way (bytes): its own, and that of the copy which sub-steps look at.
+    pub(crate) fn way_bytes(&self) -> usize {
+        self.way.as_ref().map_or(0, |way| 2 * size_of_val(way.keys.as_slice()))
+    }
+
     /// How it moves from now on.
     pub(crate) fn motion(&self) -> Motion {
         Motion { velocity: self.velocity, way: self.way.clone() }

@@ -1,6 +1,7 @@
 //! Snow as a body of a world: a model, its state and what a step works with, in one hand.
 
 use super::{
+    grid::{REACH, SIDE},
     init::{build, check_first_step},
     model::SnowModel,
     ranks::SnowRanks,
@@ -16,6 +17,9 @@ use crate::{
     report::{Diagnostics, Load, StepFailure, Stopwatch},
     surroundings::Surroundings,
 };
+
+/// Blocks at the end of the grid where nothing is put: in binary32 a place is rounded there by half a cell.
+const MARGIN: i32 = 4;
 
 /// Snow: the particles of all objects on one grid.
 #[derive(Clone, Debug)]
@@ -76,6 +80,12 @@ impl<R: Real> Snow<R> {
     /// How it is stepped.
     pub fn settings(&self) -> &SnowSettings {
         &self.model.settings
+    }
+
+    /// How far from the origin (m) a call may put a particle along an axis: there the numbers of the grid end, but for blocks that
+    /// rounding may take a particle to.
+    pub(crate) fn reach(&self) -> f64 {
+        f64::from(REACH - MARGIN) * SIDE as f64 * self.model.settings.cell
     }
 
     /// Bytes in use by particles, order and grid.

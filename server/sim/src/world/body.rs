@@ -90,6 +90,11 @@ impl<R: Real> Body<R> {
         }
     }
 
+    /// Memory of what changes have given it: ways of pins, and forces (bytes).
+    pub(super) fn changed_bytes(&self) -> usize {
+        on_body!(self, body => body.changed_bytes())
+    }
+
     /// Puts it back to its start.
     pub(super) fn reset(&mut self) {
         on_body!(self, body => body.reset());

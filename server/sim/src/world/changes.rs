@@ -109,6 +109,24 @@ impl Change {
             _ => 1,
         }
     }
+
+    /// Memory that it takes while it waits (bytes), with its lists and names, but without what somebody else counts.
+    pub fn bytes(&self) -> usize {
+        let listed = match self {
+            Self::PinPath { points, .. } => size_of_val(&**points),
+            Self::Collider(asked) => asked.collider.len() + size_of_val(&*asked.keys),
+            Self::Force { body, particles, forces } => {
+                let each = if let Forces::Each(each) = forces { size_of_val(&**each) } else { 0 };
+                body.len() + size_of_val(&**particles) + each
+            }
+            Self::State { body, positions, velocities } => {
+                body.len() + positions.bytes() + velocities.as_ref().map_or(0, Vectors::bytes)
+            }
+            Self::Air { body, .. } | Self::Springs { body, .. } => body.as_ref().map_or(0, String::len),
+            Self::Gravity(_) | Self::Wind(_) | Self::Drag(_) | Self::Pin { .. } | Self::Reset => 0,
+        };
+        size_of::<Self>() + listed
+    }
 }
 
 /// Numbers that changes and scenes allow, both ends included.
@@ -147,6 +165,12 @@ pub enum ChangeError {
     ForceCount { body: String, found: usize, needed: usize },
     #[error("{body}: {what} of particle {particle} is {}: allowed are {} to {}", number(*value), number(allowed[0]), number(allowed[1]))]
     StateRange { body: String, what: &'static str, particle: usize, value: f64, allowed: [f64; 2] },
+    #[error(
+        "{body}: particle {particle} is put at {} m: the grid of the snow reaches {} m from the origin along each axis, with a larger cell farther",
+        number(*value),
+        number(*reach)
+    )]
+    BeyondGrid { body: String, particle: usize, value: f64, reach: f64 },
     #[error("{body}: particle {particle} is pinned, and feels no force: a pin is moved")]
     ForceOnPin { body: String, particle: u32 },
     #[error("{body}: there is no particle {particle}: the body has {count}, from 0")]

@@ -166,6 +166,12 @@ impl<R: Real> World<R> {
         Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt }
     }
 
+    /// Memory of what changes have given it: ways of colliders and pins, and forces (bytes).
+    pub(super) fn changed_bytes(&self) -> usize {
+        let ways = self.colliders.iter().map(Collider::way_bytes).sum::<usize>();
+        ways + self.bodies.iter().map(Body::changed_bytes).sum::<usize>()
+    }
+
     /// Bytes that pairs of surfaces take.
     pub(super) fn pair_bytes(&self) -> usize {
         self.bodies.iter().filter_map(Body::as_cloth).map(Cloth::pair_bytes).sum()

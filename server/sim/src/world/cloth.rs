@@ -180,6 +180,12 @@ impl<R: Real> Cloth<R> {
         (body, error, without_history)
     }
 
+    /// Memory of the ways of its pins and of the forces that calls have set (bytes).
+    pub(super) fn changed_bytes(&self) -> usize {
+        let ways = self.state.motions.iter().chain(&self.sent).map(PinMotion::bytes).sum::<usize>();
+        ways + size_of_val(self.acting.called())
+    }
+
     /// Bytes that its pairs of surfaces take.
     pub(super) fn pair_bytes(&self) -> usize {
         self.work.contact.bytes()

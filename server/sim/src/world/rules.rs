@@ -28,6 +28,8 @@ pub struct ChangeRules {
     cloths: Vec<ClothRules>,
     /// Names of the objects of snow, and how many particles each has.
     snows: Vec<(String, usize)>,
+    /// How far from the origin (m) their grid reaches.
+    snow_reach: f64,
     /// Names of the colliders.
     colliders: Vec<String>,
     /// How far (m) from its reference point each of them may meet a particle.
@@ -71,7 +73,17 @@ impl ChangeRules {
         let over_ranks = ranks.is_some();
         let reaches = colliders.iter().map(Collider::reach).collect();
         let colliders = colliders.iter().map(|collider| collider.name.clone()).collect();
-        let mut rules = Self { particle_count: 0, pinned, cloths, snows, colliders, reaches, dt, over_ranks };
+        let mut rules = Self {
+            particle_count: 0,
+            pinned,
+            cloths,
+            snows,
+            snow_reach: f64::INFINITY,
+            colliders,
+            reaches,
+            dt,
+            over_ranks,
+        };
         for body in bodies {
             rules.particle_count += body.particle_count();
             match body {
@@ -93,6 +105,7 @@ impl ChangeRules {
                     }
                 }
                 Body::Snow(snow) => {
+                    rules.snow_reach = snow.snow.reach();
                     let objects = snow.snow.objects();
                     rules.snows.extend(objects.map(|(object, count)| (object.to_owned(), count)));
                 }
@@ -279,7 +292,7 @@ impl ChangeRules {
         positions: &[[f64; 3]],
         velocities: Option<&[[f64; 3]]>,
     ) -> Result<(), ChangeError> {
-        let (_, needed) = self.particles_of(body)?;
+        let (first, needed) = self.particles_of(body)?;
         let lists = [("positions", positions, allowed::LENGTH)];
         let velocities = velocities.map(|velocities| ("velocities", velocities, allowed::SPEED));
         for (what, values, allowed) in lists.into_iter().chain(velocities) {
@@ -293,7 +306,18 @@ impl ChangeRules {
                 return Err(ChangeError::StateRange { body: body.into(), what, particle, value, allowed });
             }
         }
-        Ok(())
+        // Cloth has a number for each particle, and snow has none.
+        if first.is_some() {
+            return Ok(());
+        }
+        let (numbers, reach) = (positions.as_flattened(), self.snow_reach);
+        match numbers.iter().position(|value| value.abs() > reach) {
+            Some(at) => {
+                let (particle, value) = (at / 3, numbers[at]);
+                Err(ChangeError::BeyondGrid { body: body.into(), particle, value, reach })
+            }
+            None => Ok(()),
+        }
     }
 
     fn check_springs(&self, name: Option<&str>, kind: Option<SpringKind>) -> Result<(), ChangeError> {

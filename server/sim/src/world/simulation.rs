@@ -221,6 +221,11 @@ impl Simulation {
         on_world!(self, world => world.snow().map_or(0, Snow::memory_bytes))
     }
 
+    /// Bytes of what changes have given it: ways of colliders, also those of the scene, ways of pins, and forces.
+    pub fn changed_memory_bytes(&self) -> usize {
+        on_world!(self, world => world.changed_bytes())
+    }
+
     /// Bytes that the pairs of surfaces that may meet take, as the last step left them; 0 without a thickness.
     pub fn pair_memory_bytes(&self) -> usize {
         on_world!(self, world => world.pair_bytes())

@@ -113,6 +113,11 @@ impl<R: Real> SnowBody<R> {
         self.snow.put_at(0, places, &|id| affine[ends.partition_point(|end| *end <= id)]);
     }
 
+    /// Memory of the forces that calls have set (bytes).
+    pub(super) fn changed_bytes(&self) -> usize {
+        size_of_val(self.snow.forces())
+    }
+
     /// Adds forces that calls have set to a hash.
     pub(super) fn hash_forces(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
         self.snow.forces().as_flattened().iter().for_each(|c| hasher.update(&c.to_le_bytes()));

@@ -6,11 +6,28 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Vectors, one for each particle. They stay where they are, in whatever they were made from: a copy refers to the same ones.
 #[derive(Clone)]
-pub struct Vectors(Arc<dyn AsRef<[[f64; 3]]> + Send + Sync>);
+pub struct Vectors {
+    owner: Arc<dyn AsRef<[[f64; 3]]> + Send + Sync>,
+    /// Bytes that nobody else counts.
+    bytes: usize,
+}
+
+impl Vectors {
+    /// Vectors whose memory somebody else counts for as long as they are there.
+    pub fn counted_elsewhere(owner: impl AsRef<[[f64; 3]]> + Send + Sync + 'static) -> Self {
+        Self { owner: Arc::new(owner), bytes: 0 }
+    }
+
+    /// Memory that is theirs to count (bytes): none where somebody else counts it.
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
 
 impl<T: AsRef<[[f64; 3]]> + Send + Sync + 'static> From<T> for Vectors {
     fn from(owner: T) -> Self {
-        Self(Arc::new(owner))
+        let bytes = size_of_val(owner.as_ref());
+        Self { owner: Arc::new(owner), bytes }
     }
 }
 
@@ -18,7 +35,7 @@ impl Deref for Vectors {
     type Target = [[f64; 3]];
 
     fn deref(&self) -> &Self::Target {
-        (*self.0).as_ref()
+        (*self.owner).as_ref()
     }
 }
 
@@ -56,6 +73,7 @@ mod tests {
         let own = Vectors::from(vec![[1.0, 2.0, 3.0]; 2]);
         let copy = own.clone();
         assert_eq!(own.as_ptr(), copy.as_ptr());
+        assert_eq!((own.bytes(), Vectors::counted_elsewhere(vec![[0.0; 3]; 2]).bytes()), (48, 0));
         assert!(own == Vectors::from([[1.0, 2.0, 3.0]; 2]) && own != Vectors::from([[1.0, 2.0, 4.0]; 2]));
     }
 }

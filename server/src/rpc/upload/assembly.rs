@@ -136,7 +136,10 @@ impl Arrays<'_> {
         }
         let ahead = (self.received + AHEAD_BYTES) / size_of::<T>();
         let capacity = needed.max(GROWTH * target.len()).max(ahead).min(count);
-        self.claim.grow(((capacity - target.capacity()) * size_of::<T>()) as u64)?;
+        let bytes = |count: usize| (count * size_of::<T>()) as u64;
+        self.claim.grow(bytes(capacity - target.capacity()))?;
+        // While it is copied, it is there twice.
+        let _copied = self.claim.beside(bytes(target.capacity()))?;
         target.try_reserve_exact(capacity - target.len()).map_err(|error| {
             ServiceError::new(
                 Reason::RequestMemoryFull,

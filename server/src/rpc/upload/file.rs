@@ -98,6 +98,7 @@ impl FileUpload {
             let grown = self.data.len() + (self.data.len() / GROWTH_SHARE).max(LEAST_GROWTH);
             let capacity = needed.max(grown).min(self.total());
             self.claim.grow((capacity - self.data.capacity()) as u64)?;
+            let _copied = self.claim.beside(self.data.capacity() as u64)?;
             self.data.try_reserve_exact(capacity - self.data.len()).map_err(|error| {
                 let message = format!("there is no memory for the upload: {error}");
                 ServiceError::new(Reason::RequestMemoryFull, message)

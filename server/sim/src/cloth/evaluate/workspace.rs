@@ -137,9 +137,11 @@ impl<R: Real> Workspace<R> {
 
     pub(crate) fn size_for(&mut self, model: &Model<R>, settings: &ClothSettings, purpose: Purpose) {
         let blocks = block_count(model.count, model.block_size);
-        let elements = if model.elements.is_empty() { 0 } else { model.block_size };
+        // A cloth of few particles has one block, of fewer rows than a block may have.
+        let rows = model.block_size.min(model.m.len());
+        let elements = if model.elements.is_empty() { 0 } else { rows };
         let triangles = model.triangles.as_ref().map_or(0, Triangles::room);
-        self.scratches.size_for(blocks, [model.block_size, elements, triangles], model.room());
+        self.scratches.size_for(blocks, [rows, elements, triangles], model.room());
         let has_iterates = settings.has_iterates();
         let largest = if has_iterates { Purpose::Iterate(settings.solver.preconditioner) } else { purpose };
         self.evaluation.size_for(model, largest);

@@ -4,11 +4,10 @@
 //! first cache and is named by 16 bits: 0 to `block_size` are its own, those after them its halo, in the order in which
 //! the block's items (slots of springs, packs of elements) first name them. A halo that would be too long is cut in
 //! parts, each for some of the items.
-#![allow(unsafe_code, reason = "what a halo names was checked when it was put together")]
 
 use std::ops::Range;
 
-use crate::math::{Padded, Real, Record};
+use crate::math::{LANES, Padded, Real, Record};
 
 /// Particles of one part of a halo, at most.
 const LONGEST: usize = 2048;
@@ -17,21 +16,19 @@ const LONGEST: usize = 2048;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Halos {
     block_size: usize,
+    /// Rows of a block, at most: fewer than its size where there are no more in all, and then there is no halo.
+    rows: usize,
     /// First part of each block, and one more.
     blocks: Vec<u32>,
     parts: Vec<Part>,
-    /// Particles of all parts, one after the other: each below `count`.
+    /// Particles of all parts, one after the other.
     particles: Vec<u32>,
-    count: usize,
     longest: usize,
 }
 
 /// A part of a block's halo.
 #[derive(Clone, Copy)]
-pub(crate) struct Halo<'a> {
-    particles: &'a [u32],
-    count: usize,
-}
+pub(crate) struct Halo<'a>(&'a [u32]);
 
 /// Particles, and the items that need no others.
 #[derive(Clone, Debug)]
@@ -51,14 +48,13 @@ impl Halos {
         let parts = *self.blocks.get(block)? as usize..*self.blocks.get(block + 1)? as usize;
         Some(self.parts[parts].iter().map(|Part { particles, items }| {
             let particles = particles.start as usize..particles.end as usize;
-            let halo = Halo { particles: &self.particles[particles], count: self.count };
-            (halo, items.start as usize..items.end as usize)
+            (Halo(&self.particles[particles]), items.start as usize..items.end as usize)
         }))
     }
 
     /// Particles that a block and any part of its halo hold together, at most.
     pub(crate) fn room(&self) -> usize {
-        self.block_size + self.longest
+        self.rows + self.longest
     }
 
     /// The particle that an item of a block names.
@@ -69,30 +65,22 @@ impl Halos {
         }
         let mut parts = self.parts(block);
         let (halo, _) = parts.find(|(_, items)| items.contains(&item)).expect("every item is in a part");
-        halo.particles[local - self.block_size]
+        halo.particles()[local - self.block_size]
     }
 }
 
 impl<'a> Halo<'a> {
-    /// Its particles.
+    /// The particles by number, in the order in which they are named.
     pub(crate) fn particles(self) -> &'a [u32] {
-        self.particles
+        self.0
     }
 
     /// Copies its particles behind those of the block.
-    ///
-    /// # Panics
-    /// If a field has fewer vectors than the halos were made for.
     #[inline(always)]
     pub(crate) fn copy<R: Real>(self, records: &mut [Record<R>], [x, y]: [&[Padded<R>]; 2]) {
-        assert!(x.len() >= self.count && y.len() >= self.count, "two vectors of every particle");
-        // These loads wait for memory. The fewer instructions lie between them, the more of them wait together.
-        for (record, &particle) in records.iter_mut().zip(self.particles) {
-            // SAFETY: every particle of a halo is below `count`: the builder looked it up among as many.
-            unsafe {
-                record.0[0] = *x.get_unchecked(particle as usize);
-                record.0[1] = *y.get_unchecked(particle as usize);
-            }
+        for (record, &particle) in records.iter_mut().zip(self.0) {
+            record.0[0] = x[particle as usize];
+            record.0[1] = y[particle as usize];
         }
     }
 }
@@ -108,7 +96,8 @@ pub(crate) struct HaloBuilder {
 impl HaloBuilder {
     /// For so many particles in blocks of a size.
     pub(crate) fn new(count: usize, block_size: usize) -> Self {
-        let halos = Halos { block_size, count, blocks: vec![0], ..Halos::default() };
+        let rows = block_size.min(count.next_multiple_of(LANES));
+        let halos = Halos { block_size, rows, blocks: vec![0], ..Halos::default() };
         Self { halos, seen: vec![(0, 0); count], items: 0 }
     }
 
@@ -170,4 +159,11 @@ pub(crate) fn copy_own<R: Real>(records: &mut [Record<R>], rows: Range<usize>, [
         record.0[0] = *x;
         record.0[1] = *y;
     }
+}
+
+/// The records behind those of a block of that size, for its halo: none where the block is all there is.
+#[inline(always)]
+pub(crate) fn behind<R: Real>(records: &mut [Record<R>], block_size: usize) -> &mut [Record<R>] {
+    let own = block_size.min(records.len());
+    &mut records[own..]
 }

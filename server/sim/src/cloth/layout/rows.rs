@@ -10,7 +10,7 @@ use std::{collections::BTreeMap, ops::Range};
 
 use super::{
     ahead::Ahead,
-    halo::{HaloBuilder, Halos, copy_own},
+    halo::{HaloBuilder, Halos, behind, copy_own},
 };
 use crate::{
     interrupt,
@@ -155,7 +155,7 @@ impl<R: Real> Springs<R> {
 
         let first_group = first_row / LANES;
         for (halo, slots) in self.halos.parts(block) {
-            halo.copy(&mut records[self.block_size..], fields);
+            halo.copy(behind(records, self.block_size), fields);
             let mut next = Ahead::of(&self.halos, block, self.block_size);
             for group in 0..rows.len() / LANES {
                 next.ask(fields);
@@ -192,7 +192,7 @@ impl<R: Real> Springs<R> {
     pub(crate) fn copy_first_halo(&self, block: usize, fields: [&[Padded<R>]; 2], records: &mut [Record<R>]) {
         assert!(records.len() >= self.room(), "room for a block and its halo");
         if let Some((halo, _)) = self.halos.parts(block).next() {
-            halo.copy(&mut records[self.block_size..], fields);
+            halo.copy(behind(records, self.block_size), fields);
         }
     }
 
@@ -218,7 +218,7 @@ impl<R: Real> Springs<R> {
             let end = (self.starts[at + 1] as usize).min(slots.end);
             if start < end {
                 if !is_whole {
-                    halo.copy(&mut records[self.block_size..], fields);
+                    halo.copy(behind(records, self.block_size), fields);
                 }
                 self.fold_group([group, 0], start..end, records, &mut sums, fold);
             }
@@ -243,7 +243,7 @@ impl<R: Real> Springs<R> {
             record.0 = visit.vectors(particle);
         }
         for (halo, slots) in self.halos.parts(block) {
-            for (record, &particle) in records[self.block_size..].iter_mut().zip(halo.particles()) {
+            for (record, &particle) in behind(records, self.block_size).iter_mut().zip(halo.particles()) {
                 record.0 = visit.vectors(particle as usize);
             }
             visit.begin(halo.particles());

@@ -137,22 +137,23 @@ impl<R: Real> MatrixSums<R> {
 pub(crate) struct Scratches<R: Real>(Vec<Mutex<BlockScratch<R>>>);
 
 impl<R: Real> Scratches<R> {
-    /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows, so many to
+    /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows at most, so many to
     /// which elements add, and so many particles to which triangles do; for a block and its halo there must be `room` records.
     pub(crate) fn size_for(
         &mut self,
         blocks: usize,
-        [block_size, rows, of_triangles]: [usize; 3],
+        [rows, of_elements, of_triangles]: [usize; 3],
         room: usize,
     ) {
         let threads = thread_count().min(blocks).max(1);
         while self.0.len() < threads {
             let (record, diagonal) = (Record::default(), [[0.0; LANES]; 6]);
-            let (records, diagonal) = (vec![record; room], vec![diagonal; block_size / LANES]);
-            let corners = CornerSums { rows: Vec::with_capacity(rows), blocks: Vec::with_capacity(rows) };
+            let (records, diagonal) = (vec![record; room], vec![diagonal; rows / LANES]);
+            let corners =
+                CornerSums { rows: Vec::with_capacity(of_elements), blocks: Vec::with_capacity(of_elements) };
             let aggregates = vec![0; room];
-            let bounds = vec![[[[R::zero(); LANES]; 6]; 2]; block_size / LANES];
-            let rates = vec![[R::zero(); LANES]; block_size / LANES];
+            let bounds = vec![[[[R::zero(); LANES]; 6]; 2]; rows / LANES];
+            let rates = vec![[R::zero(); LANES]; rows / LANES];
             let matrices = MatrixSums(vec![[R::zero(); 8]; of_triangles]);
             let scratch = BlockScratch { records, diagonal, bounds, rates, aggregates, corners, matrices };
             self.0.push(Mutex::new(scratch));

@@ -1,6 +1,6 @@
 //! Triangles of a body that the air acts on, listed by block.
 
-use super::{lists::Lists, scratch::BlockScratch};
+use super::{halo::behind, lists::Lists, scratch::BlockScratch};
 use crate::math::{Pack, Padded, Real, three};
 
 /// What sixteen triangles add to the matrices of their corners. A trait, and no closure, which would not be compiled for the
@@ -38,7 +38,7 @@ impl Triangles {
         let Self(lists) = self;
         assert!(scratch.records.len() >= lists.room(), "room for a block and its halo");
         for (halo, packs) in lists.halos.parts(block) {
-            halo.copy(&mut scratch.records[lists.block_size..], fields);
+            halo.copy(behind(&mut scratch.records, lists.block_size), fields);
             for pack in packs {
                 let (x, y) = lists.gather::<P>(pack, &scratch.records);
                 let matrix = law.matrix(x, y);

@@ -10,6 +10,9 @@ use crate::{
     parallel::{Share, hash_numbers, size},
 };
 
+/// States that a cloth keeps: the present one, that before its step, and one that is tried.
+const STATES: usize = 3;
+
 /// A pinned particle on its way from point to point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PinMotion {
@@ -37,6 +40,11 @@ impl PinMotion {
     pub(crate) fn along(particle: u32, points: Arc<[PathPoint]>) -> Self {
         let steps_left = points[0].steps as f64;
         Self { particle, points, next: 0, steps_left }
+    }
+
+    /// Memory of it (bytes): its points once, and itself in the lists of every state that is kept, which grow by doubling.
+    pub(crate) fn bytes(&self) -> usize {
+        2 * STATES * size_of::<Self>() + size_of_val(&*self.points)
     }
 
     /// Hash of what is left of it, a link per point.

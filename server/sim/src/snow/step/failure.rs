@@ -146,7 +146,7 @@ pub(crate) fn check_energy<R: Real>(
     }
 }
 
-/// What made a node move by too many cells, or not to a finite place.
+/// What made a node move by too many cells, or not to a finite place: where no particle is at fault, sums on the grid are.
 pub(crate) fn node_failure<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
@@ -154,11 +154,13 @@ pub(crate) fn node_failure<R: Real>(
     moved: f64,
     node: [i32; 3],
 ) -> StepFailure {
-    not_finite(&state.particles, work).unwrap_or_else(|| StepFailure::NodeSpeed {
-        particle: culprits(model, state, work).fastest(),
-        node,
-        value: moved,
-        limit: MOVE,
+    not_finite(&state.particles, work).unwrap_or_else(|| {
+        let particle = culprits(model, state, work).fastest();
+        if moved.is_finite() {
+            StepFailure::NodeSpeed { particle, node, value: moved, limit: MOVE }
+        } else {
+            StepFailure::NotFinite { particle, quantity: "velocity on the grid".into(), value: moved }
+        }
     })
 }
 

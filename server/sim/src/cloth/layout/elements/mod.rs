@@ -6,7 +6,7 @@ mod shares;
 
 use std::ops::Range;
 
-use super::{lists::Lists, scratch::BlockScratch};
+use super::{halo::behind, lists::Lists, scratch::BlockScratch};
 use crate::{
     cloth::{
         laws::{ElementKind, ElementLaw, Evaluated, QuadraticBending, with_element_laws},
@@ -89,7 +89,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
         let (first, mut energy, mut power) = (self.lists.packs(at.block).start, 0.0, 0.0);
         for (halo, packs) in self.lists.halos.parts(at.block) {
-            halo.copy(&mut scratch.records[self.lists.block_size..], at.fields);
+            halo.copy(behind(&mut scratch.records, self.lists.block_size), at.fields);
             for pack in packs.filter(|&pack| at.group.is_none_or(|group| self.lists.touches(pack, group))) {
                 let (rest, x, v) = self.gather::<P>(pack, &scratch.records);
                 let Evaluated { energy: of_lanes, gradient, frozen: tangent } = L::evaluate(rest, x);
@@ -145,7 +145,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
         let first = self.lists.packs(at.block).start;
         for (halo, packs) in self.lists.halos.parts(at.block) {
-            halo.copy(&mut scratch.records[self.lists.block_size..], at.fields);
+            halo.copy(behind(&mut scratch.records, self.lists.block_size), at.fields);
             for pack in packs {
                 let (rest, _, w) = self.gather::<P>(pack, &scratch.records);
                 let mut tangent = [P::zero(); F];
