@@ -55,7 +55,7 @@ pub struct Client {
 /// A session just created.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CreatedSession {
-    /// The session, paused at step 0.
+    /// The session, paused before its first step.
     pub session: v1::Session,
     /// What is odd about the scene and does not stop a simulation.
     pub warnings: Vec<String>,
@@ -143,7 +143,7 @@ impl Client {
         Ok(UploadedMesh { mesh_id: answer.mesh_id, warnings: answer.warnings })
     }
 
-    /// Makes a session, paused at step 0.
+    /// Makes a session, paused before its first step.
     ///
     /// # Errors
     /// If the server refuses the scene, its id or its size.

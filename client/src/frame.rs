@@ -36,6 +36,8 @@ pub struct Frame {
     /// Where the colliders are that keys of the scene or calls move, in the order of the scene. Any other is where its
     /// velocity has brought it since time 0, and is not turned.
     pub poses: Vec<ColliderPose>,
+    /// What a session needs to know that is to begin at this frame, if velocities were asked for.
+    pub carried: Option<v1::Carried>,
 }
 
 impl Frame {

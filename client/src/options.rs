@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// A session to create. 0 and `None` mean "as the scene says".
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct CreateSession {
     /// Its id: 4 to 63 of a-z, 0-9 and '-', starting with a letter. Empty: the server chooses.
     pub session_id: String,
@@ -27,6 +27,8 @@ pub struct CreateSession {
     pub frame_interval_steps: u32,
     /// Ranks of a cluster that step it, with so many threads each; 0: the server does.
     pub rank_count: u32,
+    /// The frame that it begins at; none: it begins at the start of its scene.
+    pub begin: Option<v1::Begin>,
 }
 
 impl CreateSession {
@@ -59,6 +61,7 @@ impl CreateSession {
             step_limit: self.step_limit,
             frame_interval_steps: self.frame_interval_steps,
             rank_count: self.rank_count,
+            begin: self.begin,
             request_id: Uuid::new_v4().to_string(),
         }
     }

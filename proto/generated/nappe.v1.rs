@@ -291,6 +291,20 @@ pub struct Frame {
     /// Where the colliders are that keys of the scene or calls move, in the order of the scene. On the first piece only.
     #[prost(message, repeated, tag = "11")]
     pub poses: ::prost::alloc::vec::Vec<ColliderPose>,
+    /// What a session needs to know that is to begin at this frame. On the first piece only, in streams that have velocities.
+    #[prost(message, optional, tag = "12")]
+    pub carried: ::core::option::Option<Carried>,
+}
+/// What further steps depend on beside the scene, the steps taken, positions and velocities. Of snow it is not told.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Carried {
+    /// Numbers in an order of the server's version.
+    #[prost(double, repeated, tag = "1")]
+    pub numbers: ::prost::alloc::vec::Vec<f64>,
+    /// What steps depend on, too, and no number says: `calls` (gravity, wind, parameters, forces or ways that calls have changed), `past`
+    /// (the step before, of integrators that know of it), `warm_start`, `patches`, `pins`.
+    #[prost(string, repeated, tag = "2")]
+    pub missing: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
 /// Which nodes of the snow's grid a watcher wants.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
@@ -1075,7 +1089,7 @@ pub struct UploadMeshResponse {
     #[prost(string, repeated, tag = "2")]
     pub warnings: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
-#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct CreateSessionRequest {
     /// 4 to 63 of a-z, 0-9 and '-', starting with a letter. Empty: the server chooses.
     #[prost(string, tag = "1")]
@@ -1099,6 +1113,9 @@ pub struct CreateSessionRequest {
     /// process. 0: none, the server steps it by itself.
     #[prost(uint32, tag = "9")]
     pub rank_count: u32,
+    /// Where the session begins instead of at the start of the scene. Absent: there.
+    #[prost(message, optional, tag = "10")]
+    pub begin: ::core::option::Option<Begin>,
     #[prost(oneof = "create_session_request::Scene", tags = "2, 3")]
     pub scene: ::core::option::Option<create_session_request::Scene>,
 }
@@ -1113,6 +1130,23 @@ pub mod create_session_request {
         #[prost(string, tag = "3")]
         SceneText(::prost::alloc::string::String),
     }
+}
+/// A frame of a scene of cloth at which a session begins: its frame 0 is that frame. Wind, forces, pins and colliders of the scene are where
+/// they are at its step, and limits of steps count from the start of the scene. ResetSession puts bodies back to the start of the scene.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Begin {
+    /// Steps taken before the frame: below the limit of steps.
+    #[prost(uint64, tag = "1")]
+    pub step: u64,
+    /// Simulated time of the frame (s), to be compared with that of the step. Absent: it is not compared.
+    #[prost(double, optional, tag = "2")]
+    pub time_seconds: ::core::option::Option<f64>,
+    /// An uploaded mesh whose points are the positions of all particles, in the order of frames, with their velocities.
+    #[prost(string, tag = "3")]
+    pub upload_id: ::prost::alloc::string::String,
+    /// What the frame carried. Absent: as if steps before had left nothing but positions and velocities.
+    #[prost(message, optional, tag = "4")]
+    pub carried: ::core::option::Option<Carried>,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct CreateSessionResponse {
@@ -1226,6 +1260,12 @@ pub struct Session {
     /// The ranks that step it. Absent where the server does.
     #[prost(message, optional, tag = "25")]
     pub ranks: ::core::option::Option<SessionRanks>,
+    /// The largest of `Diagnostics.max_stretch` since the session was made, where it began counted.
+    #[prost(double, tag = "26")]
+    pub largest_stretch: f64,
+    /// Simulated time at which it was so for the first time (s).
+    #[prost(double, tag = "27")]
+    pub largest_stretch_seconds: f64,
 }
 /// Ranks of a cluster that step a session together.
 #[derive(serde::Serialize)]

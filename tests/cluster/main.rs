@@ -98,6 +98,32 @@ fn a_simulation_over_a_link_goes_as_one_in_the_process() {
     }
 }
 
+#[test]
+fn ranks_go_on_from_a_state_that_they_are_given() {
+    for precision in Precision::ALL {
+        let (mut remote, handle) = ranks(3);
+        let (mut alone, _) = Simulation::new(&setup(), precision).expect("a sheet");
+        for _ in 0..7 {
+            with_threads(1, || alone.step(&mut NoStopwatch)).expect("it is stable");
+        }
+        remote.build(setup(), precision).expect("a sheet");
+        let state = alone.take();
+        // A simulation that is given a state evaluates it, which one that has stepped has done.
+        let (mut alone, _) = Simulation::new(&setup(), precision).expect("a sheet");
+        alone.put(&state);
+        remote.put(state).expect("the link holds");
+        for step in 0..10 {
+            let own = with_threads(1, || alone.step(&mut NoStopwatch));
+            assert_eq!(remote.step().expect("the link holds").result, own, "step {step} in {precision}");
+        }
+        let (mut copy, _) = Simulation::new(&setup(), precision).expect("a sheet");
+        copy.put(&remote.take().expect("the link holds"));
+        assert_eq!(copy.state_hash(), alone.state_hash(), "in {precision}");
+        remote.end().expect("the link holds");
+        assert!(handle.join().expect("no rank fails"));
+    }
+}
+
 /// A sheet that falls on a ring of triangles which moves.
 fn on_ring() -> WorldSetup {
     let mut network = sheet(17, 0.05, &sheet_rules(200.0, 0.02), 0.01);

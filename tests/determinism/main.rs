@@ -15,5 +15,6 @@ mod snow_ranks_states;
 mod numbering;
 mod solids;
 mod moving;
+mod begun;
 mod surface;
 mod simd;

@@ -30,6 +30,7 @@ mod moved_colliders;
 mod frame_poses;
 mod acting;
 mod forks;
+mod begun_sessions;
 mod abandoned_creates;
 mod memory_growth;
 mod failed_sessions;

@@ -57,7 +57,7 @@ pub(crate) struct SessionArgs {
 /// What a session takes from the command line instead of its scene.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct OverrideArgs {
-    /// Steps until the session ends; 0: never [default: as the scene says]
+    /// Steps until the session ends, from the start of the scene; 0: never [default: as the scene says]
     #[arg(long, value_name = "N", value_parser = whole::<u64>(0..))]
     steps: Option<u64>,
     /// Threads [default: all cores of the server]; results do not depend on them
@@ -75,6 +75,20 @@ pub(crate) struct OverrideArgs {
 }
 
 impl OverrideArgs {
+    /// Steps until the session ends (0: never), if they are asked for.
+    pub(crate) fn step_limit(&self) -> Option<u64> {
+        self.steps
+    }
+
+    /// The same in this precision, unless one is asked for.
+    pub(crate) fn or_in(&self, precision: Option<nappe_client::Precision>) -> Self {
+        let precision = precision.map(|precision| match precision {
+            nappe_client::Precision::F32 => PrecisionName::F32,
+            nappe_client::Precision::F64 => PrecisionName::F64,
+        });
+        Self { precision: self.precision.or(precision), ..self.clone() }
+    }
+
     /// The session to create from a scene; with an empty id, the server chooses one.
     pub(crate) fn session(&self, session_id: String, scene: Scene) -> CreateSession {
         CreateSession {
@@ -85,6 +99,7 @@ impl OverrideArgs {
             step_limit: self.steps,
             frame_interval_steps: self.frame_interval.unwrap_or(0),
             rank_count: self.ranks.unwrap_or(0),
+            begin: None,
         }
     }
 
@@ -109,9 +124,13 @@ pub(crate) struct ComputeArgs {
     /// Do not tell on standard error how far it is: no bar on a terminal, no line every 10 s in a file or a pipe
     #[arg(long, help_heading = "Output")]
     pub(crate) quiet: bool,
-    /// Begin with the positions and velocities of a frame that was saved of the same scene with --fields velocity
+    /// Begin at a frame that was saved of the same scene with --fields velocity, or at the last one of a folder: with its step
+    /// and its time
     #[arg(long, value_name = "FILE.ply|FOLDER")]
     pub(crate) start: Option<PathBuf>,
+    /// Go on in a folder of --save --fields velocity, from its last frame, as the run that was saved there
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["save", "start", "force"])]
+    pub(crate) resume: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) fields: FieldsArgs,
     #[command(flatten, next_help_heading = "Ranks of the server in this command")]

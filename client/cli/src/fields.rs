@@ -160,6 +160,27 @@ impl FieldsArgs {
         }
     }
 
+    /// Whether velocities are kept.
+    pub(crate) fn keep_velocities(&self) -> bool {
+        self.fields.contains(&FieldName::Velocity)
+    }
+
+    /// The same with every array that a saved frame has, by the names of its numbers.
+    pub(crate) fn as_saved(&self, properties: &[String]) -> Self {
+        let mut kept = self.clone();
+        let arrays = [
+            ("vx", FieldName::Velocity),
+            ("plastic_ratio", FieldName::PlasticRatio),
+            ("stress_norm", FieldName::Stress),
+        ];
+        for (name, field) in arrays {
+            if properties.iter().any(|property| property == name) && !kept.fields.contains(&field) {
+                kept.fields.push(field);
+            }
+        }
+        kept
+    }
+
     /// The colour asked for.
     pub(crate) fn color(&self) -> Option<ColorName> {
         self.shown.color
@@ -207,6 +228,9 @@ mod tests {
             args.viewer_options(),
             ["--color=speed", "--grid=slice:y=-0.25", "--grid-nodes=9", "--fields=stress,plastic_ratio"]
         );
+        let saved = args.as_saved(&["x", "vx", "vy", "vz", "stress_norm"].map(str::to_owned));
+        assert!(saved.keep_velocities() && !args.keep_velocities());
+        assert_eq!(saved.viewer_options().last(), Some(&"--fields=stress,plastic_ratio,velocity".into()));
     }
 
     #[test]

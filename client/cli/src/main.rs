@@ -22,6 +22,7 @@ mod meshes;
 mod mesh_info;
 mod scene;
 mod scene_files;
+mod frame_notes;
 mod viewer;
 mod save;
 mod compute;

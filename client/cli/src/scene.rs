@@ -3,18 +3,22 @@
 //! Reads scene files and the meshes beside them; sends the meshes to the server and writes their
 //! ids into the scene, so that a server never opens a client's files.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
-use nappe_client::{Client, ClientError, MeshUpload, Scene as Sent, v1};
+use nappe_client::{Client, ClientError, CreateSession, MeshUpload, Scene as Sent, v1};
 use nappe_scene::{Body, ColliderText, Mesh, Scene, files, suggestion};
 use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
+use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
     args::OverrideArgs,
     error::{CliError, Result},
     meshes::{self, MissingMass},
-    paths,
+    output, paths,
 };
 
 /// A scene that comes with nappe.
@@ -83,6 +87,15 @@ pub(crate) enum Names {
     Ours,
     /// The server that it talks to, which may ship other scenes.
     Servers,
+}
+
+/// A saved frame at which a session of a scene is to begin.
+#[derive(Debug)]
+pub(crate) struct Begun {
+    /// Where it was saved.
+    pub(crate) file: PathBuf,
+    /// What a server is told of it.
+    pub(crate) begin: v1::Begin,
 }
 
 /// A scene to be computed.
@@ -156,23 +169,50 @@ impl Input {
         }
     }
 
+    /// Steps to the scene's end, where this command has its text; 0: it has none.
+    pub(crate) fn steps(&self) -> Option<u64> {
+        match self {
+            Self::Named(name) => Some(Scene::parse(shipped_text(name).ok()?, name).ok()?.steps),
+            Self::Written(written) => Some(written.scene.steps),
+        }
+    }
+
+    /// What the scene and its meshes are known by, 16 hexadecimal digits, where this command has them: others have other ones.
+    pub(crate) fn digest(&self) -> Option<String> {
+        let mut hasher = Xxh3::new();
+        hasher.update(self.text()?.as_bytes());
+        if let Self::Written(written) = self {
+            for (file, mesh) in &written.meshes {
+                hasher.update(file.as_bytes());
+                hash_mesh(mesh, &mut hasher);
+            }
+        }
+        Some(output::hash(hasher.digest()))
+    }
+
     /// Makes a session of the scene on a server, which gets its meshes first; tells what is odd about it. With an empty
-    /// id, the server chooses one.
+    /// id, the server chooses one. It begins at the start of the scene, or at a frame.
     ///
     /// # Errors
-    /// When the server refuses a mesh or the scene.
+    /// When the server refuses a mesh, the scene or the frame.
     pub(crate) async fn create(
         &self,
         client: &Client,
         id: String,
         overrides: &OverrideArgs,
+        begun: Option<&Begun>,
     ) -> Result<v1::Session> {
         let sent = match self {
             Self::Named(name) => Sent::Named(name.clone()),
             Self::Written(written) => Sent::Text(written.send(client).await?),
         };
-        let created = client.create_session(overrides.session(id, sent)).await;
-        let created = created.map_err(|error| self.refused(error))?;
+        let begin = begun.map(|begun| begun.begin.clone());
+        let wanted = CreateSession { begin, ..overrides.session(id, sent) };
+        let created = client.create_session(wanted).await;
+        let created = created.map_err(|error| match begun {
+            Some(begun) => begun.refused(error).unwrap_or_else(|error| self.refused(error)),
+            None => self.refused(error),
+        })?;
         let named = |warning: &String| self.with_file(&self.as_named(warning));
         let warnings: Vec<_> = created.warnings.iter().map(named).collect();
         meshes::note(&warnings);
@@ -219,6 +259,35 @@ impl Input {
             }
         };
         said.lines().map(named).collect::<Vec<_>>().join("\n")
+    }
+}
+
+impl Begun {
+    /// A refusal of the frame, in which it is called by its file; or one of something else.
+    fn refused(&self, error: ClientError) -> std::result::Result<CliError, ClientError> {
+        let said = error.server().and_then(|refusal| {
+            let field = refusal.metadata.get("field").filter(|field| field.starts_with("begin"))?;
+            Some(refusal.message.strip_prefix(field.as_str())?.to_owned())
+        });
+        match said {
+            Some(said) => Ok(CliError::failure(format!("{}{said}", self.file.display()))),
+            None => Err(error),
+        }
+    }
+}
+
+/// Adds a mesh to a hash.
+fn hash_mesh(mesh: &TriangleMesh, hasher: &mut Xxh3) {
+    let TriangleMesh { points, triangles, masses, uv, velocities } = mesh;
+    let lists = [points.as_flattened(), masses.as_slice(), uv.as_flattened(), velocities.as_flattened()];
+    for list in lists {
+        hasher.update(&(list.len() as u64).to_le_bytes());
+        for number in list {
+            hasher.update(&number.to_le_bytes());
+        }
+    }
+    for corner in triangles.as_flattened() {
+        hasher.update(&corner.to_le_bytes());
     }
 }
 

@@ -185,6 +185,7 @@ impl Partial {
             dropped_count: wire.dropped_count,
             diagnostics: wire.diagnostics.clone(),
             poses: poses::read(&wire.poses, wire.frame, topology.colliders.as_ref())?,
+            carried: wire.carried.clone().filter(is_finite),
         };
         let wanted = |field: Field, array: fn(&'static str) -> Joining| {
             fields.contains(field).then(|| array(field.name()))
@@ -225,4 +226,9 @@ impl Partial {
             ..self.frame
         })
     }
+}
+
+/// Whether all numbers are finite that a frame carries: with others nothing begins.
+fn is_finite(carried: &v1::Carried) -> bool {
+    carried.numbers.iter().all(|number| number.is_finite())
 }

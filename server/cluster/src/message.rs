@@ -9,7 +9,7 @@ use nappe_sim::{
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages: both ends are of the same program.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 8");
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 9");
 
 /// What shows that a connection is the one that was expected.
 pub type Token = [u8; 16];
@@ -36,6 +36,8 @@ pub(crate) enum Order {
     Step,
     /// Hand over what further steps depend on.
     Take,
+    /// Go on from what further steps of a simulation of this setup depend on.
+    Put(Box<WorldState>),
     /// Hand over a field.
     Look(Field),
     /// Give up the step in progress, and all that follow.
@@ -49,7 +51,7 @@ pub(crate) enum Order {
 pub(crate) enum Answer {
     /// A simulation, with warnings; or why there is none.
     Built(Result<Vec<String>, String>),
-    /// Whether changes were applied, or why not.
+    /// Whether changes were applied, or why not; or that a state was taken over.
     Applied(Result<(), String>),
     /// A step, or why it was not taken.
     Stepped(Box<Stepped>),

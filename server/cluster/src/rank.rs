@@ -161,10 +161,20 @@ impl Rank {
                 Answer::Stepped(Box::new(Stepped { result, seconds, asked }))
             }
             (Order::Take, Some(simulation)) => Answer::Taken(Box::new(simulation.take())),
+            (Order::Put(state), Some(simulation)) => {
+                simulation.put(&state);
+                Answer::Applied(Ok(()))
+            }
             (Order::Look(field), Some(simulation)) => Answer::Looked(simulation.take_field(field)),
             // A server that asks for a step before there is anything to step is not one of ours.
             (
-                Order::Apply(_) | Order::Step | Order::Take | Order::Look(_) | Order::Interrupt | Order::End,
+                Order::Apply(_)
+                | Order::Step
+                | Order::Take
+                | Order::Put(_)
+                | Order::Look(_)
+                | Order::Interrupt
+                | Order::End,
                 _,
             ) => Answer::Ended,
         }

@@ -234,6 +234,17 @@ impl Remote {
         }
     }
 
+    /// Goes on from the state of a simulation of the same setup.
+    ///
+    /// # Errors
+    /// A link that fails.
+    pub fn put(&mut self, state: WorldState) -> Result<(), RemoteError> {
+        match self.ask(&Order::Put(Box::new(state)))? {
+            Answer::Applied(applied) => applied.map_err(RemoteError::Refused),
+            _ => Err(RemoteError::OutOfTurn),
+        }
+    }
+
     /// A field as it is.
     ///
     /// # Errors

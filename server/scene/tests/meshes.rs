@@ -259,9 +259,12 @@ fn a_frame_reads_back_as_the_positions_it_shows() {
         triangles: &[[0, 1, 1]],
         step: 7,
         time: 0.25,
+        comments: &["run 12".to_owned(), "carried 1e0 -2.5e-3".to_owned()],
     };
     let mut bytes = Vec::new();
     write_ply_frame(&frame, &mut bytes).unwrap();
+    let said = "comment step 7\ncomment time_seconds 0.25\ncomment run 12\ncomment carried 1e0 -2.5e-3\nelement vertex 2\n";
+    assert!(String::from_utf8_lossy(&bytes).contains(said));
     let mesh = read_ply(&bytes, "frame.ply").unwrap().mesh;
     assert_eq!(mesh.points, [[0.5, 1.0, -2.0], [3.0, 4.0, 5.0]]);
     assert_eq!(mesh.triangles, [[0, 1, 1]]);
@@ -281,6 +284,7 @@ fn a_frame_in_binary64_holds_its_bits_beside_numbers_in_binary32() {
         triangles: &[],
         step: 1,
         time: 0.5,
+        comments: &[],
     };
     let mut bytes = Vec::new();
     write_ply_frame(&frame, &mut bytes).unwrap();

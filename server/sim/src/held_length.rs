@@ -18,6 +18,8 @@ const SHARE: f64 = 0.9;
 const FEWER: f64 = 0.8;
 /// Steps in a row that must allow a longer length before it is taken.
 const PATIENCE: u32 = 256;
+/// More parts than any step is divided into.
+const MOST: f64 = 1e9;
 
 /// The length that is held: part of the state, since further steps depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -60,6 +62,18 @@ impl HeldLength {
     pub(crate) fn numbers(&self) -> Option<[f64; 3]> {
         (self.parts > 1.0).then_some([self.parts, f64::from(self.good), self.needed])
     }
+
+    /// All of its numbers, of which [`Self::of_numbers`] makes it again.
+    pub(crate) fn all_numbers(self) -> [f64; 3] {
+        [self.parts, f64::from(self.good), self.needed]
+    }
+
+    /// The length that has these numbers; none if no length has.
+    pub(crate) fn of_numbers([parts, good, needed]: [f64; 3]) -> Option<Self> {
+        let is_count = |number: f64| (0.0..=MOST).contains(&number) && number.fract() == 0.0;
+        let fits = [parts, good, needed].into_iter().all(is_count) && good < f64::from(PATIENCE);
+        fits.then_some(Self { parts, good: good as u32, needed })
+    }
 }
 
 #[cfg(test)]
@@ -86,6 +100,21 @@ mod tests {
         // One that would not begins the count anew.
         for step in 0..2 * PATIENCE {
             assert_eq!(held.length(1.0, if step % PATIENCE == 0 { 0.3 } else { 0.4 }), 0.25);
+        }
+    }
+
+    #[test]
+    fn a_length_goes_on_from_its_numbers() {
+        let mut held = HeldLength::default();
+        for allowed in [0.26, 0.24, 0.3, 0.3, 0.3] {
+            held.length(1.0, allowed);
+        }
+        assert_eq!(HeldLength::of_numbers(held.all_numbers()), Some(held));
+        assert_eq!(HeldLength::of_numbers([0.0; 3]), Some(HeldLength::default()));
+        for wrong in
+            [[-1.0, 0.0, 0.0], [1.5, 0.0, 0.0], [1e10, 0.0, 0.0], [1.0, 256.0, 0.0], [1.0, 0.0, f64::NAN]]
+        {
+            assert_eq!(HeldLength::of_numbers(wrong), None, "{wrong:?}");
         }
     }
 

@@ -12,7 +12,7 @@ use crate::{
     config::{Limits, core_count},
     error::{Reason, ServiceError},
     scenes,
-    session::{self, RankCounts, Resources, Session, SessionOptions, start},
+    session::{self, RankCounts, Resources, SavedFrame, Session, SessionOptions, start},
 };
 
 /// Characters of a session's title that the log shows.
@@ -74,6 +74,7 @@ async fn make(
     let precision = precision(request.precision)?;
     let ranks = rank_count(request.rank_count, limits)?;
     let thread_count = thread_count(request.thread_count, ranks, limits)?;
+    let begin = request.begin.as_ref().map(|begin| saved_frame(shared, begin)).transpose()?;
 
     let reservation = shared.registry.reserve(&request.session_id)?;
     let place = shared.registry.place()?;
@@ -86,6 +87,7 @@ async fn make(
         step_limit: request.step_limit,
         frame_interval_steps: request.frame_interval_steps,
         ranks: (ranks > 0).then_some(RankCounts { ranks, threads: thread_count }),
+        begin,
     };
     let memory = shared.memory.claim();
     let (session, warnings) = start(options, resources(shared), place, memory).await?;
@@ -94,6 +96,11 @@ async fn make(
     tell_made(&session, None, caller);
     reservation.fill(Arc::clone(&session));
     Ok((session, warnings))
+}
+
+/// The frame at which a session is to begin.
+fn saved_frame(shared: &Shared, asked: &v1::Begin) -> Result<SavedFrame, ServiceError> {
+    SavedFrame::of(asked, shared.vectors(&asked.upload_id)?)
 }
 
 /// Makes a session that stands where another one stands.

@@ -37,14 +37,8 @@ impl Methods {
 
     /// Points and velocities of an uploaded mesh, by its id.
     fn placed(&self) -> impl Fn(&str) -> Result<[Vectors; 2], ServiceError> {
-        let meshes = &self.shared.meshes;
-        move |id| {
-            meshes.vectors(id).ok_or_else(|| {
-                let message =
-                    format!("no mesh has the id '{id}': it was never uploaded, or dropped for others");
-                ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id)
-            })
-        }
+        let shared = &self.shared;
+        move |id| shared.vectors(id)
     }
 
     /// Starts a watcher, after the session was asked for the fields that it wants.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nappe_proto::token::Token;
+use nappe_sim::world::Vectors;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
@@ -73,6 +74,17 @@ impl Shared {
         session.expect_uid(uid)?;
         session.touch();
         Ok(session)
+    }
+
+    /// Points (m) and velocities (m/s) of an uploaded mesh, without a copy.
+    ///
+    /// # Errors
+    /// If no mesh has the id.
+    pub(crate) fn vectors(&self, id: &str) -> Result<[Vectors; 2], ServiceError> {
+        self.meshes.vectors(id).ok_or_else(|| {
+            let message = format!("no mesh has the id '{id}': it was never uploaded, or dropped for others");
+            ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id)
+        })
     }
 
     /// A place among the uploads in progress.

@@ -24,12 +24,16 @@ mod stepper;
 mod frame_room;
 mod handle;
 mod place;
+mod saved_frame;
+mod options;
 mod start;
 mod registry;
 
 pub(crate) use control::Steps;
 pub(crate) use handle::Session;
+pub(crate) use options::SessionOptions;
 pub(crate) use pending_changes::{Accepted, PendingChange};
 pub(crate) use ranks::RankCounts;
 pub(crate) use registry::Registry;
-pub(crate) use start::{Resources, SessionOptions, fork, start};
+pub(crate) use saved_frame::SavedFrame;
+pub(crate) use start::{Resources, fork, start};

@@ -50,6 +50,8 @@ pub(super) struct Begin<'a> {
     pub precision: Precision,
     /// Changes that are applied before the first step.
     pub changes: &'a [Change],
+    /// What they go on from, if they do not begin at the start of the setup.
+    pub begun: Option<WorldState>,
 }
 
 /// What ends ranks, or what they are doing.
@@ -135,6 +137,9 @@ impl Ranks {
         let warnings =
             remote.build(begin.setup.clone(), begin.precision).map_err(|error| not_started(&error))?;
         remote.apply(begin.changes.to_vec()).map_err(|error| not_started(&error))?;
+        if let Some(state) = &begin.begun {
+            remote.put(state.clone()).map_err(|error| not_started(&error))?;
+        }
         Ok((ranks, warnings))
     }
 

@@ -15,7 +15,6 @@ use nappe_proto::v1;
 use nappe_scene::Scene;
 use nappe_sim::{
     interrupt::{self, Interrupt},
-    math::Precision,
     world::{ChangeRules, Simulation},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -27,10 +26,11 @@ use super::{
     desk::Copied,
     frame_room::FrameRoom,
     handle::Session,
+    options::SessionOptions,
     parameters::parameters,
     pending_changes::PendingChanges,
     place::Place,
-    ranks::{Begin, RankCounts},
+    ranks::Begin,
     simulator::{Behind, Simulator},
     status::{Progress, Properties, Status, new_uid},
     stepper::Stepper,
@@ -48,26 +48,6 @@ use crate::{
 /// Stack of a stepping thread (bytes), the size that a program's first thread has. Kernels keep many
 /// vectors on it, and stolen work nests them; an overflow would end the process, not the session.
 const STACK_BYTES: usize = 8 << 20;
-
-/// What a session is made from.
-#[derive(Clone, Debug)]
-pub(crate) struct SessionOptions {
-    pub id: String,
-    /// The text of the scene.
-    pub scene_text: String,
-    /// What the scene is called in messages.
-    pub scene_name: String,
-    /// `None`: as the scene says.
-    pub precision: Option<Precision>,
-    /// Threads, 1 or more.
-    pub thread_count: u32,
-    /// The session ends after this many steps, 0: never; none: as the scene says.
-    pub step_limit: Option<u64>,
-    /// Steps between frames; 0: as the scene says.
-    pub frame_interval_steps: u32,
-    /// Ranks that step it; none: the server does.
-    pub ranks: Option<RankCounts>,
-}
 
 /// What the sessions of a server are made with.
 #[derive(Clone, Debug)]
@@ -219,6 +199,11 @@ fn build(
         .map_err(|error| invalid_setup(options, &error))?;
     warnings.splice(0..0, built.warnings);
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
+    if let Some(frame) = &options.begin {
+        let step_limit = options.step_limit.unwrap_or(scene.steps);
+        let put = || interrupt.leave_at_points(|| frame.put(&mut simulation, step_limit));
+        warnings.extend(pool.install(put)??);
+    }
     interrupt::point();
 
     memory.shrink_to(session_bytes);
@@ -237,7 +222,8 @@ fn build(
     let asked = (rules, PendingChanges::new(limits.max_pending_changes, memory.another()));
     let (mut stepper, session) = stand(simulation, pool, properties, asked, resources, ended, memory)?;
     if let Some(counts) = options.ranks {
-        let begin = Begin { setup: &built.setup, precision, changes: &built.initial_changes };
+        let begun = options.begin.as_ref().map(|_| stepper.simulator.simulation.take());
+        let begin = Begin { setup: &built.setup, precision, changes: &built.initial_changes, begun };
         for warning in stepper.hand_to_ranks(&resources.ranks, counts, &begin, interrupt)? {
             // Ranks also warn of what the copy of the server warned of.
             if !warnings.contains(&warning) {
@@ -271,6 +257,7 @@ fn stand(
 
     let progress = Progress {
         state: State::Paused,
+        largest_stretch: [diagnostics.max_stretch, simulation.time()],
         step: simulation.step_count(),
         time_seconds: simulation.time(),
         state_hash: Some(state_hash),

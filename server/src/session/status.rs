@@ -71,6 +71,8 @@ pub(crate) struct Progress {
     pub state_hash: Option<u64>,
     /// Diagnostics of the newest step.
     pub diagnostics: v1::Diagnostics,
+    /// The largest stretch of a spring since the session was made, and when it was (s).
+    pub largest_stretch: [f64; 2],
     /// Wall-clock time spent stepping.
     pub stepping_seconds: f64,
     /// Parameters of the newest step.
@@ -114,6 +116,7 @@ impl Status {
     /// The session's message without the number of watchers, which the handle knows.
     pub(crate) fn describe(&self) -> v1::Session {
         let (progress, newest, properties) = (self.progress(), self.feed.newest(), &self.properties);
+        let [largest_stretch, largest_stretch_seconds] = progress.largest_stretch;
         v1::Session {
             session_id: properties.id.clone(),
             title: properties.title.clone(),
@@ -140,6 +143,8 @@ impl Status {
             parameters: Some(progress.parameters),
             expires_in_seconds: None,
             ranks: progress.ranks,
+            largest_stretch,
+            largest_stretch_seconds,
         }
     }
 }

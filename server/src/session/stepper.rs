@@ -204,7 +204,11 @@ impl Stepper {
             progress.step = report.step;
             progress.time_seconds = report.time;
             progress.stepping_seconds += seconds;
+            if diagnostics.max_stretch > progress.largest_stretch[0] {
+                progress.largest_stretch = [diagnostics.max_stretch, report.time];
+            }
             progress.diagnostics = diagnostics;
+            progress.parameters.wind = Some(simulation.wind().into());
             put_collider_poses(&mut progress.parameters, |index| simulation.collider_pose(index));
         });
 

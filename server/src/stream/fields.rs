@@ -166,6 +166,11 @@ impl FieldSet {
         self.fields().map(EncodedField::stride).sum()
     }
 
+    /// Whether velocities are among its fields.
+    pub(crate) fn has_velocities(self) -> bool {
+        self.fields().any(|encoded| encoded.field == Field::Velocities)
+    }
+
     /// Its fields, in their order; the grid is none of them.
     pub(crate) fn fields(self) -> impl Iterator<Item = EncodedField> {
         EncodedField::all().filter(move |field| self.has_part(field.index()))
@@ -207,6 +212,7 @@ mod tests {
         assert_eq!(FieldSet::FIELDS.union(FieldSet::GRID), FieldSet::ALL);
         assert_eq!(FieldSet::ALL.without(FieldSet::FIELDS), FieldSet::GRID);
         assert_eq!((set.stride(), FieldSet::FIELDS.stride()), (36, 96));
+        assert!(set.has_velocities() && !FieldSet::ALWAYS.has_velocities());
     }
 
     #[test]

@@ -8,7 +8,10 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use nappe_proto::v1;
-use nappe_sim::{collide::Bounds, world::Simulation};
+use nappe_sim::{
+    collide::Bounds,
+    world::{Carried, Simulation},
+};
 use prost::Message as _;
 
 use super::{
@@ -26,8 +29,8 @@ use super::{
 const ALLOCATION_BYTES: usize = 64;
 /// What a segment of an array takes besides its numbers: its allocation and that of its owner.
 const ARRAY_BYTES: usize = 2 * ALLOCATION_BYTES + 64;
-/// What a pose takes in a message besides its own bytes, at most: its key and its length.
-const POSE_HEAD_BYTES: usize = 8;
+/// What a message takes within another one besides its own bytes, at most: its key and its length.
+const HEAD_BYTES: usize = 8;
 /// Arrays of a grid.
 const GRID_ALLOCATIONS: usize = 3;
 
@@ -64,6 +67,8 @@ pub(crate) struct EncodedFrame {
     pub head: FrameHead,
     fields: [Option<Segments>; EncodedField::COUNT],
     grid: Option<Arc<GridFrame>>,
+    /// What a session needs to know that is to begin at it, if it has velocities.
+    carried: Option<Arc<v1::Carried>>,
 }
 
 impl EncodedFrame {
@@ -84,7 +89,8 @@ impl EncodedFrame {
 
         let has_grid = wanted.covers(FieldSet::GRID);
         let grid = if has_grid { GridFrame::of(simulation, arrays.memory())? } else { None };
-        Ok(Self { head, fields, grid: grid.map(Arc::new) })
+        let carried = wanted.has_velocities().then(|| Arc::new(carried(simulation)));
+        Ok(Self { head, fields, grid: grid.map(Arc::new), carried })
     }
 
     /// The same frame with a hash.
@@ -100,6 +106,7 @@ impl EncodedFrame {
             *field = field.take().or(other);
         }
         frame.grid = frame.grid.or(more.grid);
+        frame.carried = frame.carried.or(more.carried);
         frame
     }
 
@@ -110,6 +117,7 @@ impl EncodedFrame {
             frame.fields[dropped.index()] = None;
         }
         frame.grid = frame.grid.filter(|_| kept.covers(FieldSet::GRID));
+        frame.carried = frame.carried.filter(|_| kept.has_velocities());
         frame
     }
 
@@ -155,7 +163,9 @@ impl EncodedFrame {
         let poses =
             self.head.poses.iter().map(|pose| size_of_val(pose) + pose.name.len() + 2 * ALLOCATION_BYTES);
         let poses: usize = poses.sum();
-        size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages + loads + poses
+        let carried = self.carried.as_deref().map_or(0, carried_size);
+        let beside = grid + stages + loads + poses + carried;
+        size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + beside
     }
 
     /// The frame with these fields as one message, however large.
@@ -190,7 +200,9 @@ impl EncodedFrame {
     /// The messages of the frame with what is `wanted`, each of at most 1 MiB.
     pub(crate) fn pieces(&self, wanted: &Wanted, dropped_count: u64) -> Vec<v1::Frame> {
         let mut cutter = Cutter::new(BUDGET_BYTES);
-        cutter.room = cutter.room.saturating_sub(poses_bytes(&self.head.poses));
+        let carried = self.carried.as_deref().filter(|_| wanted.fields.has_velocities());
+        let carried_bytes = carried.map_or(0, |carried| HEAD_BYTES + carried.encoded_len());
+        cutter.room = cutter.room.saturating_sub(poses_bytes(&self.head.poses) + carried_bytes);
         for field in wanted.fields.fields() {
             if let Some(segments) = &self.fields[field.index()] {
                 cutter.add_field(field, segments);
@@ -208,6 +220,7 @@ impl EncodedFrame {
             first.dropped_count = dropped_count;
             first.diagnostics = Some(self.head.diagnostics.clone());
             first.poses.clone_from(&self.head.poses);
+            first.carried = carried.cloned();
         }
         pieces
     }
@@ -215,7 +228,20 @@ impl EncodedFrame {
 
 /// Bytes that poses take in a message, at most.
 fn poses_bytes(poses: &[v1::ColliderPose]) -> usize {
-    poses.iter().map(|pose| POSE_HEAD_BYTES + pose.encoded_len()).sum()
+    poses.iter().map(|pose| HEAD_BYTES + pose.encoded_len()).sum()
+}
+
+/// What further steps depend on beside positions and velocities, as the message of a frame.
+fn carried(simulation: &Simulation) -> v1::Carried {
+    let Carried { numbers, missing } = simulation.carried();
+    let missing = missing.into_iter().map(|missing| missing.name().to_owned()).collect();
+    v1::Carried { numbers, missing }
+}
+
+/// Memory that this takes (bytes).
+fn carried_size(carried: &v1::Carried) -> usize {
+    let names = carried.missing.iter().map(|name| size_of_val(name) + name.capacity() + ALLOCATION_BYTES);
+    size_of_val(carried.numbers.as_slice()) + names.sum::<usize>() + 3 * ALLOCATION_BYTES
 }
 
 /// What one message carries of fields and grid.

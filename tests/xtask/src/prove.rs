@@ -4,7 +4,7 @@
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, drill, laws, machine_code, mutants, nginx, python,
+    additions, clients, drill, going_on, laws, machine_code, mutants, nginx, python,
     shell::{Failure, Shell},
     suites, tutorials, typescript, viewer, ways, web,
 };
@@ -85,6 +85,7 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     let waiting = "--release --features nappe-tests/slow --test service";
     suites::run(shell, "calls that wait", waiting, &CALLS, suites::SLOW)?;
     programs(shell)?;
+    going_on::run(shell)?;
     for name in drill::ALL {
         drill::run(shell, &[name.to_owned()])?;
     }

@@ -203,6 +203,7 @@ mod tests {
             dropped_count: 0,
             diagnostics: None,
             poses,
+            carried: None,
         };
         // Its z, along which it is longest, points along x.
         let turned = frame(vec![quarter()]);

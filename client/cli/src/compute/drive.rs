@@ -28,6 +28,8 @@ const DIAGNOSTICS_HZ: f64 = 10.0;
 pub(crate) struct Driven {
     /// The session as it stands: finished, failed, or paused when the user ended it.
     pub(crate) session: v1::Session,
+    /// Steps that it had taken at its start.
+    pub(crate) first_step: u64,
     /// Why the drive ended.
     pub(crate) end: DriveEnd,
     /// The end that the frames' stream told, if frames were saved here until then.
@@ -45,7 +47,7 @@ pub(crate) enum DriveEnd {
     Interrupted,
 }
 
-/// Drives a session that is paused at its start, and keeps its frames if they go anywhere.
+/// Drives a session that is paused before its first step, and keeps its frames if they go anywhere.
 ///
 /// # Errors
 /// When the connection breaks or a frame cannot be saved; a failed simulation is no error here.
@@ -58,15 +60,15 @@ pub(crate) async fn drive(
 ) -> Result<Driven> {
     let id = session.session_id.as_str();
     let Some(Destination { path, form }) = destination else {
-        let progress = Progress::start(session.step_limit, shown);
-        return until_end(client, id, &progress, Box::pin(play(client, id, &progress))).await;
+        let progress = Progress::start(session, shown);
+        return until_end(client, session, &progress, Box::pin(play(client, id, &progress))).await;
     };
     match form {
         Form::Sink(sink) => {
-            let progress = Progress::start(session.step_limit, shown);
+            let progress = Progress::start(session, shown);
             let mut kept = Kept::default();
             let saved = Box::pin(save(client, session, sink, &progress, &mut kept));
-            let driven = until_end(client, id, &progress, saved).await?;
+            let driven = until_end(client, session, &progress, saved).await?;
             Ok(Driven { told: kept.told, saved: Some(kept.frame_count), ..driven })
         }
         Form::Recording(recording) => {
@@ -86,10 +88,10 @@ async fn record(
 ) -> Result<Driven> {
     let id = session.session_id.as_str();
     let mut child = record::begin(recording, place, id, path).await?;
-    let progress = Progress::start(session.step_limit, shown);
+    let progress = Progress::start(session, shown);
     let played = Box::pin(play(client, id, &progress));
     let recorded = Box::pin(record::follow(&mut child, client, id, played));
-    let driven = until_end(client, id, &progress, recorded).await;
+    let driven = until_end(client, session, &progress, recorded).await;
     let closed = child.finish().await;
     let kept = recording.file().keep(&closed);
     let driven = driven?;
@@ -106,7 +108,7 @@ async fn record(
 /// Waits for the end of a session's computation, or for the user's.
 async fn until_end(
     client: &Client,
-    id: &str,
+    begun: &v1::Session,
     progress: &Progress,
     computed: impl Future<Output = Result<()>>,
 ) -> Result<Driven> {
@@ -116,11 +118,12 @@ async fn until_end(
         never = progress.tell() => match never {},
     };
     progress.finish();
+    let (id, first_step) = (begun.session_id.as_str(), begun.step);
     let session = match end {
         DriveEnd::Session => client.get_session(id).await?,
         DriveEnd::Interrupted => client.pause(id, Wait::Yes).await?.session,
     };
-    Ok(Driven { session, end, told: None, saved: None })
+    Ok(Driven { session, first_step, end, told: None, saved: None })
 }
 
 /// Plays and saves every frame.

@@ -4,20 +4,23 @@
 
 mod embedded;
 mod start;
+mod resume;
 mod pace;
 mod progress;
 mod record;
 mod drive;
 mod summary;
 
-use nappe_client::Client;
+use std::path::Path;
+
+use nappe_client::{Client, holds_snow};
 
 pub(crate) use self::embedded::Embedded;
-use self::{drive::Driven, progress::Shown, start::SavedFrame, summary::Summary};
+use self::{drive::Driven, progress::Shown, resume::Resumed, start::SavedFrame, summary::Summary};
 use crate::{
-    args::{ComputeArgs, OtherServerArgs, TokenArgs},
-    error::Result,
-    output::Format,
+    args::{ComputeArgs, OtherServerArgs, OverrideArgs, TokenArgs},
+    error::{Exit, Result},
+    output::{self, Format},
     remote,
     save::Destination,
     scene::{self, Input},
@@ -48,6 +51,15 @@ impl<'a> Server<'a> {
     }
 }
 
+/// What is computed.
+struct Run<'a> {
+    scene: &'a Input,
+    overrides: OverrideArgs,
+    shown: Shown,
+    /// The frame that it begins at; none: it begins at the start of the scene.
+    start: Option<SavedFrame>,
+}
+
 /// Computes a scene, saves its frames if asked to, prints the summary.
 ///
 /// # Errors
@@ -59,49 +71,85 @@ pub(crate) async fn compute(
     format: Format,
 ) -> Result<()> {
     // First, so that a path that cannot be written is known before hours are computed.
-    args.fields.check(args.save.as_deref())?;
-    let destination = match &args.save {
-        Some(path) => {
-            let existing = args.force.existing();
-            Some(Destination::open(path, existing, &args.fields, scene.text()).await?)
+    args.fields.check(args.save.as_deref().or(args.resume.as_deref()))?;
+    let shown = if args.quiet { Shown::Nothing } else { Shown::Progress };
+    let (run, destination) = match &args.resume {
+        Some(folder) => {
+            let resumed = Resumed::find(folder, scene)?;
+            let step_limit = args.overrides.step_limit().or_else(|| scene.steps()).unwrap_or(0);
+            if resumed.has_ended(step_limit) {
+                return tell_end(folder, resumed.reached.step, format);
+            }
+            let Resumed { frame, reached } = resumed;
+            let fields = args.fields.as_saved(&frame.notes.properties);
+            let overrides = args.overrides.or_in(frame.notes.precision);
+            let run = Run { scene, overrides, shown, start: Some(frame) };
+            (run, Some(Destination::going_on(folder, &fields, reached)))
         }
-        None => None,
+        None => {
+            let destination = match &args.save {
+                Some(path) => {
+                    let existing = args.force.existing();
+                    Some(Destination::open(path, existing, &args.fields, Some(scene)).await?)
+                }
+                None => None,
+            };
+            let start = args.start.as_deref().map(SavedFrame::read).transpose()?;
+            (Run { scene, overrides: args.overrides.clone(), shown, start }, destination)
+        }
     };
-    let start = args.start.as_deref().map(SavedFrame::read).transpose()?;
+    let folder = destination.as_ref().and_then(Destination::resumable).map(Path::to_owned);
+
     let (driven, summary) = match server {
         Server::At(address, token) => {
             let client = remote::connect_to(address, token).await?;
             let place = Place::at(address, token);
-            Box::pin(compute_on(&client, &place, scene, (args, start.as_ref()), destination)).await?
+            Box::pin(compute_on(&client, &place, &run, destination)).await?
         }
         Server::Embedded => {
             let embedded = Embedded::start(args.ranks.clone()).await?;
             let place = embedded.place();
-            let done =
-                Box::pin(compute_on(&embedded.client, &place, scene, (args, start.as_ref()), destination))
-                    .await;
+            let done = Box::pin(compute_on(&embedded.client, &place, &run, destination)).await;
             embedded.shutdown().await;
             done?
         }
     };
-    summary.print(&driven, format)
+    let has_frames = args.resume.is_some() || driven.saved.is_some_and(|frames| frames > 0);
+    let can_go_on = has_frames && !holds_snow(&driven.session);
+    summary.print(&driven, format).map_err(|error| match &folder {
+        Some(folder) if error.exit == Exit::Interrupted && can_go_on => {
+            error.hint(format!("it goes on with: {}", resume::again(folder)))
+        }
+        _ => error,
+    })
+}
+
+/// Tells that a run which was to go on in a folder has ended there after so many steps.
+fn tell_end(folder: &Path, step: u64, format: Format) -> Result<()> {
+    match format {
+        Format::Json => output::json(&serde_json::json!({ "ended": true, "steps": step, "saved": folder })),
+        Format::Text => output::line(&format!(
+            "The run in {} has ended: its last frame is that of step {}. --steps N, with a larger number, goes on",
+            folder.display(),
+            output::count(step)
+        )),
+    }
 }
 
 async fn compute_on(
     client: &Client,
     place: &Place,
-    scene: &Input,
-    (args, start): (&ComputeArgs, Option<&SavedFrame>),
+    run: &Run<'_>,
     mut destination: Option<Destination>,
 ) -> Result<(Driven, Summary)> {
-    let session = scene.create(client, String::new(), &args.overrides).await?;
+    let Run { scene, overrides, shown, start } = run;
     let begun = match start {
-        Some(start) => start.put(client, &session.session_id).await,
-        None => Ok(()),
+        Some(start) => Some(start.send(client, scene.digest().as_deref()).await?),
+        None => None,
     };
-    let shown = if args.quiet { Shown::Nothing } else { Shown::Progress };
-    let driven = match begun {
-        Ok(()) => drive::drive(client, place, &session, destination.as_mut(), shown).await,
+    let session = scene.create(client, String::new(), overrides, begun.as_ref()).await?;
+    let driven = match start.as_ref().map_or(Ok(()), |start| start.check(&session)) {
+        Ok(()) => drive::drive(client, place, &session, destination.as_mut(), *shown).await,
         Err(error) => Err(error),
     };
     let told = driven.as_ref().ok().and_then(|driven| driven.told);

@@ -36,15 +36,19 @@ pub(crate) enum Progress {
 }
 
 impl Progress {
-    /// Starts a simulation of `step_limit` steps; 0 when it does not end by itself.
-    pub(crate) fn start(step_limit: u64, shown: Shown) -> Self {
+    /// Starts that of a session as it stands.
+    pub(crate) fn start(session: &v1::Session, shown: Shown) -> Self {
         if shown == Shown::Nothing {
             return Self::Quiet;
         }
-        let bar = bar(step_limit);
+        let bar = bar(session.step_limit);
         if bar.is_hidden() {
-            return Self::Lines(Pace::new(step_limit, INTERVAL, Instant::now()));
+            let steps = [session.step, session.step_limit];
+            return Self::Lines(Pace::new(steps, INTERVAL, Instant::now()));
         }
+        // Steps that were taken before tell nothing of how long the others take.
+        bar.set_position(session.step);
+        bar.reset_eta();
         Self::Bar(bar)
     }
 
@@ -60,7 +64,7 @@ impl Progress {
                     diagnostics::snow_phrase(step)
                 ));
             }
-            Self::Lines(pace) => pace.see(step.step, step.time_seconds),
+            Self::Lines(pace) => pace.see(step.step, step.time_seconds, Instant::now()),
             Self::Quiet => {}
         }
     }
@@ -118,7 +122,8 @@ mod tests {
             assert_eq!(bar.position(), 3);
             progress.finish();
         }
-        assert!(matches!(Progress::start(10, Shown::Nothing), Progress::Quiet));
+        let session = v1::Session { step: 4, step_limit: 10, ..v1::Session::default() };
+        assert!(matches!(Progress::start(&session, Shown::Nothing), Progress::Quiet));
     }
 
     #[tokio::test]

@@ -1,7 +1,7 @@
 //! What a whole simulation came to: one JSON object for scripts, a small table for people.
 //!
-//! The names in the object are stable: `scene`, `steps`, `time`, `seconds`, `state_hash`,
-//! `energy`, `max_stretch`, `snow`, `diverged` and those beside them.
+//! The names in the object are stable. A number that is not of the run as a whole says so: `..._at_end` are those of the last
+//! state, or of the step that led to it.
 
 use std::path::PathBuf;
 
@@ -17,37 +17,40 @@ use crate::{
     session,
 };
 
-/// The result of a run.
+/// The result of a run. Where it began at a saved frame, steps and time count from the start of the scene, and all else from the
+/// frame.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     /// The scene, as it was named.
     scene: String,
     /// Steps taken, fewer than asked for if the run ended early.
     steps: u64,
-    /// Simulated time (s).
+    /// Simulated time at the end (s).
     time: f64,
     /// Wall-clock seconds spent stepping.
     seconds: f64,
     /// Hash of the final state, 16 hexadecimal digits.
     state_hash: Option<String>,
     /// Kinetic, elastic and gravitational energy of the last state (J).
-    energy: f64,
-    /// Largest length over rest length of a spring in the last state.
+    energy_at_end: f64,
+    /// Largest length over rest length of a spring in all states of the run.
     max_stretch: f64,
+    /// Time of the first state in which it was so (s).
+    max_stretch_time: f64,
     /// Work of air and given forces in the last step (J).
-    external_work: f64,
+    external_work_at_end: f64,
     /// How the last step was divided for the cloths; none without cloth.
-    cloth: Option<v1::ClothSteps>,
+    cloth_at_end: Option<v1::ClothSteps>,
     /// What kept surfaces of cloth apart in the last step; none where nothing has to, and nothing is counted.
-    surface: Option<v1::SurfaceReport>,
+    surface_at_end: Option<v1::SurfaceReport>,
     /// Diagnostics of the snow in the last step; none without snow.
-    snow: Option<v1::SnowDiagnostics>,
+    snow_at_end: Option<v1::SnowDiagnostics>,
     /// What colliders felt in the last step; empty before the first.
-    loads: Vec<v1::ColliderLoad>,
+    loads_at_end: Vec<v1::ColliderLoad>,
     /// Where colliders are at the end.
-    poses: Vec<v1::ColliderPose>,
-    /// What makes the results doubtful, counted over all steps.
-    notices: v1::Notices,
+    poses_at_end: Vec<v1::ColliderPose>,
+    /// What makes the results doubtful, counted over all steps of the run.
+    notices_over_run: v1::Notices,
     /// Where and why the simulation diverged.
     diverged: Option<Divergence>,
     /// Whether the user ended it before its end.
@@ -60,10 +63,10 @@ pub(crate) struct Summary {
     ranks: u32,
     /// The host of each rank.
     hosts: Vec<String>,
-    /// Messages that rank 0 sent to its neighbours, and their bytes.
+    /// Messages that rank 0 sent to its neighbours over the run, and their bytes.
     messages: u64,
     message_bytes: u64,
-    /// Lists that all ranks gathered.
+    /// Lists that all ranks gathered over the run.
     gathers: u64,
     precision: String,
     dt: f64,
@@ -71,6 +74,9 @@ pub(crate) struct Summary {
     frames: u64,
     /// Where the frames were saved.
     saved: Option<PathBuf>,
+    /// Steps that this command took.
+    #[serde(skip)]
+    taken: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -95,15 +101,16 @@ impl Summary {
             time: session.time_seconds,
             seconds: session.stepping_seconds,
             state_hash: session.state_hash.map(output::hash),
-            energy: diagnostics::total_energy(&last),
-            max_stretch: last.max_stretch,
-            external_work: last.external_work,
-            cloth: last.cloth,
-            surface: last.surface,
-            snow: last.snow,
-            loads: last.loads,
-            poses: session.parameters.as_ref().map_or_else(Vec::new, |now| now.collider_poses.clone()),
-            notices: last.notices.unwrap_or_default(),
+            energy_at_end: diagnostics::total_energy(&last),
+            max_stretch: session.largest_stretch,
+            max_stretch_time: session.largest_stretch_seconds,
+            external_work_at_end: last.external_work,
+            cloth_at_end: last.cloth,
+            surface_at_end: last.surface,
+            snow_at_end: last.snow,
+            loads_at_end: last.loads,
+            poses_at_end: session.parameters.as_ref().map_or_else(Vec::new, |now| now.collider_poses.clone()),
+            notices_over_run: last.notices.unwrap_or_default(),
             diverged: diverged.map(|failure| Divergence {
                 step: failure.step,
                 particle: failure.particle,
@@ -124,6 +131,7 @@ impl Summary {
             dt: session.dt_seconds,
             frames: driven.saved.unwrap_or(session.frame + 1),
             saved,
+            taken: session.step.saturating_sub(driven.first_step),
         }
     }
 
@@ -155,7 +163,8 @@ impl Summary {
 
     /// A table of what ran and how fast.
     pub(crate) fn text(&self) -> String {
-        let step_seconds = self.seconds / self.steps.max(1) as f64;
+        let step_seconds = self.seconds / self.taken.max(1) as f64;
+        let factor = self.taken as f64 * self.dt / self.seconds.max(f64::MIN_POSITIVE);
         let mut rows = vec![
             ("scene", self.scene.clone()),
             (
@@ -168,27 +177,29 @@ impl Summary {
                 "computed in",
                 format!("{}, {} per step", output::time(self.seconds), output::time(step_seconds)),
             ),
-            ("real-time factor", format!("{:.2}", self.time / self.seconds.max(f64::MIN_POSITIVE))),
+            ("real-time factor", format!("{factor:.2}")),
             ("with", format!("{}{} threads, {}", self.of_ranks(), self.threads, self.precision)),
-            ("energy", format!("{} J", six_digits(self.energy))),
+            ("energy at the end", format!("{} J", six_digits(self.energy_at_end))),
         ];
 
         if self.springs > 0 {
-            rows.push(("max stretch", format!("{:.4}", self.max_stretch)));
+            let moment = output::moment(self.max_stretch_time);
+            rows.push(("max stretch", format!("{:.4} over the run, at t = {moment}", self.max_stretch)));
         }
-        if let Some(cloth) = &self.cloth {
-            rows.push(("steps of cloth", diagnostics::cloth_steps(cloth)));
+        if let Some(cloth) = &self.cloth_at_end {
+            rows.push(("last step of cloth", diagnostics::cloth_steps(cloth)));
         }
-        if let Some(surface) = &self.surface {
-            rows.push(("surfaces of cloth", diagnostics::surfaces(surface)));
+        if let Some(surface) = &self.surface_at_end {
+            rows.push(("surfaces in the last step", diagnostics::surfaces(surface)));
         }
-        if let Some(snow) = &self.snow {
-            rows.push(("steps of snow", diagnostics::substeps(snow)));
-            rows.push(("snow", format!("{}; {}", diagnostics::counts(snow), diagnostics::packing(snow))));
+        if let Some(snow) = &self.snow_at_end {
+            rows.push(("last step of snow", diagnostics::substeps(snow)));
+            let state = format!("{}; {}", diagnostics::counts(snow), diagnostics::packing(snow));
+            rows.push(("snow at the end", state));
         }
-        let doubts = diagnostics::doubts(&self.notices);
+        let doubts = diagnostics::doubts(&self.notices_over_run);
         if !doubts.is_empty() {
-            rows.push(("doubtful", doubts));
+            rows.push(("doubtful over the run", doubts));
         }
         if let Some(hash) = &self.state_hash {
             rows.push(("state hash", hash.clone()));

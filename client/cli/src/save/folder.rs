@@ -4,7 +4,8 @@
 //! precision of the session: binary64 holds its exact state. Nodes of the grid, in binary32: x, y, z (m), mass (kg),
 //! vx, vy, vz (m/s). The surfaces of all mesh colliders at time 0 stand once in colliders.ply, if there are any.
 //!
-//! Each file is whole. Where frames of another run are to be replaced, the new ones stand in a folder within until the end.
+//! Each file is whole. Where frames of another run are to be replaced, the new ones stand in a folder within until the end. Where a
+//! run goes on that was saved there, its frames follow those that are there.
 
 use std::{
     fs,
@@ -19,6 +20,7 @@ use super::surfaces::Surfaces;
 use crate::{
     error::{CliError, Result},
     fields::FieldsArgs,
+    frame_notes,
     write::{self, Existing},
 };
 
@@ -31,6 +33,17 @@ const ASIDE: &str = "frames.new";
 /// The file of all mesh colliders.
 const COLLIDERS: &str = "colliders.ply";
 
+/// How far the run has come that was saved in a folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Reached {
+    /// The frame that it goes on from: the last whole one.
+    pub(crate) frame: u64,
+    /// How many steps were taken before that frame.
+    pub(crate) step: u64,
+    /// What the scene is known by.
+    pub(crate) scene: String,
+}
+
 /// PLY files: frame-000000.ply, frame-000001.ply ... and grid-000000.ply ...
 pub(crate) struct Folder {
     path: PathBuf,
@@ -39,6 +52,12 @@ pub(crate) struct Folder {
     /// Folders that were made for it, inner ones first.
     made: Vec<PathBuf>,
     fields: FieldsArgs,
+    /// What the scene is known by, if that is at hand.
+    scene: Option<String>,
+    /// Where it goes on from; none: the run begins here.
+    reached: Option<Reached>,
+    /// What is added to the number of a frame of the session.
+    offset: u64,
     triangles: Vec<[u32; 3]>,
     surfaces: Surfaces,
     frame_count: u64,
@@ -48,7 +67,12 @@ pub(crate) struct Folder {
 
 impl Folder {
     /// Makes the folder, or takes one that holds no frames that stay.
-    pub(super) fn create(path: &Path, existing: Existing, fields: &FieldsArgs) -> Result<Self> {
+    pub(super) fn create(
+        path: &Path,
+        existing: Existing,
+        fields: &FieldsArgs,
+        scene: Option<String>,
+    ) -> Result<Self> {
         let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let made = path.ancestors().take_while(missing).map(Path::to_owned).collect();
         fs::create_dir_all(path).map_err(|error| CliError::file("make the folder", path, &error))?;
@@ -64,20 +88,47 @@ impl Folder {
             .hint("--force removes them; or give another folder"));
         }
         let place = if old.is_empty() { path.to_owned() } else { path.join(ASIDE) };
-        Ok(Self {
+        let mut folder = Self::new(path, fields, scene);
+        (folder.place, folder.made) = (place, made);
+        Ok(folder)
+    }
+
+    /// A folder in which the run goes on that was saved there.
+    pub(super) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Self {
+        let mut folder = Self::new(path, fields, Some(reached.scene.clone()));
+        folder.reached = Some(reached);
+        folder
+    }
+
+    fn new(path: &Path, fields: &FieldsArgs, scene: Option<String>) -> Self {
+        Self {
             path: path.to_owned(),
-            place,
-            made,
+            place: path.to_owned(),
+            made: Vec::new(),
             fields: fields.clone(),
+            scene,
+            reached: None,
+            offset: 0,
             triangles: Vec::new(),
             surfaces: Surfaces::default(),
             frame_count: 0,
             is_torn: false,
-        })
+        }
     }
 
-    /// These watch options with what is kept, in the precision of a session.
-    pub(super) fn watch(&self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
+    /// Whether a run can go on from its frames: they have velocities, and say of which scene they are.
+    pub(super) fn is_resumable(&self) -> bool {
+        self.fields.keep_velocities() && self.scene.is_some()
+    }
+
+    /// These watch options with what is kept, in the precision of a session. Where a run goes on, its first frame is there already.
+    pub(super) fn watch(&mut self, mut options: WatchOptions, session: &v1::Session) -> WatchOptions {
+        if let Some(Reached { frame, step, .. }) = &self.reached {
+            options.from_frame = Some(1);
+            // A frame that is there since a run ended within an interval gives way to the one that ends the interval.
+            let is_due = step.is_multiple_of(session.frame_interval_steps.max(1).into());
+            self.offset = if is_due { *frame } else { frame.saturating_sub(1) };
+        }
         let encoding = match session.precision() {
             v1::Precision::F64 => Encoding::F64,
             v1::Precision::F32 | v1::Precision::Unspecified => Encoding::F32,
@@ -99,7 +150,8 @@ impl Folder {
         if self.frame_count == 0 && self.is_aside() {
             self.make_room()?;
         }
-        let written = if self.frame_count == 0 { self.write_surfaces() } else { Ok(()) };
+        let is_first = self.frame_count == 0 && self.reached.is_none();
+        let written = if is_first { self.write_surfaces() } else { Ok(()) };
         self.frame_count += 1;
         let written = written.and_then(|()| self.write_files(frame));
         self.is_torn |= written.is_err();
@@ -170,14 +222,19 @@ impl Folder {
         .flatten()
         .collect();
 
+        let comments = match &frame.velocities {
+            Some(_) => frame_notes::comments(self.scene.as_deref(), frame.carried.as_ref()),
+            None => Vec::new(),
+        };
         let particles = PlyFrame {
             positions: vectors(&frame.positions),
             properties: &properties,
             triangles: &self.triangles,
             step: frame.step,
             time: frame.time,
+            comments: &comments,
         };
-        write(&self.place.join(format!("frame-{:06}.ply", frame.frame)), &particles)?;
+        self.write_file("frame", frame.frame, &particles)?;
 
         match &frame.grid {
             Some(grid) => self.write_grid(frame, grid),
@@ -190,9 +247,15 @@ impl Folder {
         if triangles.is_empty() {
             return Ok(());
         }
-        let surfaces =
-            PlyFrame { positions: PlyNumbers::F32(points), properties: &[], triangles, step: 0, time: 0.0 };
-        write(&self.place.join(COLLIDERS), &surfaces)
+        let positions = PlyNumbers::F32(points);
+        let surfaces = PlyFrame { positions, properties: &[], triangles, step: 0, time: 0.0, comments: &[] };
+        write(&self.place.join(COLLIDERS), &surfaces, Existing::Kept)
+    }
+
+    /// Writes the file of a frame of the session.
+    fn write_file(&self, what: &str, frame: u64, points: &PlyFrame<'_>) -> Result<()> {
+        let existing = if self.reached.is_some() { Existing::Overwritten } else { Existing::Kept };
+        write(&self.place.join(format!("{what}-{:06}.ply", frame + self.offset)), points, existing)
     }
 
     fn write_grid(&self, frame: &Frame, grid: &GridFrame) -> Result<()> {
@@ -206,8 +269,9 @@ impl Folder {
             triangles: &[],
             step: frame.step,
             time: frame.time,
+            comments: &[],
         };
-        write(&self.place.join(format!("grid-{:06}.ply", frame.frame)), &nodes)
+        self.write_file("grid", frame.frame, &nodes)
     }
 }
 
@@ -262,8 +326,8 @@ fn frames(folder: &Path) -> io::Result<Vec<PathBuf>> {
 /// What could not be done, with which file, and why.
 type Moved = std::result::Result<(), (&'static str, PathBuf, io::Error)>;
 
-fn write(path: &Path, points: &PlyFrame<'_>) -> Result<()> {
-    write::write_by(path, Existing::Kept, |file| {
+fn write(path: &Path, points: &PlyFrame<'_>, existing: Existing) -> Result<()> {
+    write::write_by(path, existing, |file| {
         let mut out = BufWriter::new(file);
         write_ply_frame(points, &mut out)?;
         out.flush()

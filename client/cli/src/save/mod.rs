@@ -12,9 +12,12 @@ use std::path::{Path, PathBuf};
 
 use nappe_client::{Frame, SessionEnd, Topology, WatchOptions, v1};
 
-pub(crate) use self::recording::{File, Recording};
 use self::{folder::Folder, html::Html};
-use crate::{error::Result, fields::FieldsArgs, paths, write::Existing};
+pub(crate) use self::{
+    folder::Reached,
+    recording::{File, Recording},
+};
+use crate::{error::Result, fields::FieldsArgs, paths, scene::Input, write::Existing};
 
 /// Where the frames of a session go.
 pub(crate) struct Destination {
@@ -41,8 +44,7 @@ pub(crate) enum Sink {
 }
 
 impl Destination {
-    /// An HTML file or a recording for a path that ends so, a folder for another; with the text of the scene, if it is at
-    /// hand.
+    /// An HTML file or a recording for a path that ends so, a folder for another; of a scene, if it is at hand.
     ///
     /// # Errors
     /// When the path names none of them; when there is no viewer to record, the file or the folder cannot be made, or
@@ -51,17 +53,33 @@ impl Destination {
         path: &Path,
         existing: Existing,
         fields: &FieldsArgs,
-        scene: Option<&str>,
+        scene: Option<&Input>,
     ) -> Result<Self> {
         paths::check_save(path)?;
         let form = if paths::is_recording(path) {
             Form::Recording(Recording::prepare(path, existing, fields).await?)
         } else if paths::is_html(path) {
-            Form::Sink(Sink::Html(Box::new(Html::create(path, existing, fields, scene)?)))
+            let text = scene.and_then(Input::text);
+            Form::Sink(Sink::Html(Box::new(Html::create(path, existing, fields, text)?)))
         } else {
-            Form::Sink(Sink::Folder(Box::new(Folder::create(path, existing, fields)?)))
+            let digest = scene.and_then(Input::digest);
+            Form::Sink(Sink::Folder(Box::new(Folder::create(path, existing, fields, digest)?)))
         };
         Ok(Self { path: path.to_owned(), form })
+    }
+
+    /// A folder in which a run goes on that was saved there.
+    pub(crate) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Self {
+        let sink = Sink::Folder(Box::new(Folder::going_on(path, fields, reached)));
+        Self { path: path.to_owned(), form: Form::Sink(sink) }
+    }
+
+    /// The folder, if a run can go on from its frames.
+    pub(crate) fn resumable(&self) -> Option<&Path> {
+        match &self.form {
+            Form::Sink(Sink::Folder(folder)) if folder.is_resumable() => Some(self.path.as_path()),
+            _ => None,
+        }
     }
 
     /// Closes what this command writes, with how the session ended or why it failed, if it did.

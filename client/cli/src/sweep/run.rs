@@ -172,6 +172,7 @@ fn keep(simulation: &Simulation, path: &Path) -> Result<()> {
         triangles: &triangles,
         step: simulation.step_count(),
         time: simulation.time(),
+        comments: &[],
     };
     let mut bytes = Vec::new();
     write_ply_frame(&frame, &mut bytes).map_err(|error| CliError::file("write", path, &error))?;

@@ -34,7 +34,7 @@ pub(crate) fn run(args: &CreateArgs) -> Result<()> {
     remote::block_on(async {
         let client = remote::connect(&args.server).await?;
         let id = args.id.clone().unwrap_or_default();
-        let session = scene.create(&client, id, &args.overrides).await?;
+        let session = scene.create(&client, id, &args.overrides, None).await?;
         words::print(&session, args.output.format())
     })
 }

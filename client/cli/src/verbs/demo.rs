@@ -41,12 +41,12 @@ pub(crate) struct DemoArgs {
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let scene = Input::read(SCENE, Names::Ours)?;
     let mut compute = args.compute.clone();
-    if compute.save.is_none() {
+    let kept = compute.save.clone().or_else(|| compute.resume.clone());
+    let saved = kept.unwrap_or_else(|| {
         // The name is the demo's own: what is there is the page of an earlier one.
-        compute.force = ForceArgs::GIVEN;
-    }
-    let saved = compute.save.unwrap_or_else(|| PathBuf::from(PAGE));
-    compute.save = Some(saved.clone());
+        (compute.force, compute.save) = (ForceArgs::GIVEN, Some(PathBuf::from(PAGE)));
+        PathBuf::from(PAGE)
+    });
 
     let format = args.output.format();
     if format == Format::Text {

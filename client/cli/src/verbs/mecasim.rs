@@ -57,7 +57,7 @@ pub(crate) struct MecasimArgs {
     #[arg(long, value_name = "NAME", value_parser = integrator())]
     integrator: Option<Integrator>,
     /// Write the scene as a scene file of nappe, with its meshes as PLY files beside it, and compute nothing
-    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["save", "start", "server"], help_heading = "Output")]
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["save", "start", "resume", "server"], help_heading = "Output")]
     write: Option<PathBuf>,
     #[command(flatten)]
     masses: MissingMass,

@@ -19,6 +19,9 @@ Examples:
   nappe run flag --save flag.html                with every frame in a page that any browser opens
   nappe run flag --save flag.rrd                 with a Rerun recording of every frame
   nappe run my.toml --save frames --steps 200    a scene file, PLY files in the folder frames
+  nappe run my.toml --save frames --fields velocity   PLY files from which a run can go on
+  nappe run my.toml --resume frames              that run goes on from its last frame; Ctrl-C prints this line
+  nappe run my.toml --start frames/frame-000012.ply --save other   another run begins at one of its frames
   nappe run my.toml --threads 1 --precision f64 --json
   nappe run snow.toml --save snow.rrd --color speed --grid smoke
   nappe run snow.toml --save frames --fields velocity,plastic_ratio,stress
@@ -27,15 +30,17 @@ Without --server the scene is computed by a server inside this command; --server
 one and removes the session afterwards. A scene without an end runs until Ctrl-C.
 
 With --json the last line is one object: scene, steps, time (s), seconds (wall clock spent stepping),
-state_hash (16 hexadecimal digits), energy (J), max_stretch, external_work (J, of air and given forces in
-the last step), cloth (null, or substeps, rejected, dt_seconds, bound, bound_particle, bound_seconds,
-error_rms, error_largest, preconditioner and solve_error_m of the last step), surface (null, or pairs, active,
-rounds, least_gap_m, failed and crossings of the last step), snow (null, or substeps, dt_seconds, bound,
-plastic_count and the other diagnostics of the snow's last step), loads (name, force in N, torque in N m and
-contacts of each collider in the last step), poses (name, position in m and turn of each
-collider at the end, the turn a quaternion x, y, z, w), notices (counts of what makes the results doubtful),
-diverged (null, or step, particle, cause), and interrupted, particles, springs, threads, precision, dt, frames,
-saved.")]
+state_hash (16 hexadecimal digits). Over the run: max_stretch (the largest) and max_stretch_time (s, when it
+was), notices_over_run (counts of what makes the results doubtful). At the end, of the last state or step:
+energy_at_end (J), external_work_at_end (J, of air and given forces), cloth_at_end (null, or substeps, rejected,
+dt_seconds, bound, bound_particle, bound_seconds, error_rms, error_largest, preconditioner and solve_error_m),
+surface_at_end (null, or pairs, active, rounds, least_gap_m, failed and crossings), snow_at_end (null, or
+substeps, dt_seconds, bound, plastic_count and the other diagnostics of the snow), loads_at_end (name, force
+in N, torque in N m and contacts of each collider), poses_at_end (name, position in m and turn of each collider,
+the turn a quaternion x, y, z, w). Then diverged (null, or step, particle, cause), and interrupted, particles,
+springs, threads, precision, dt, frames, saved. Where a run began at a saved frame, steps and time count from
+the start of the scene, and seconds, max_stretch, notices_over_run and frames from that frame. --resume of a
+run that has ended prints ended, steps and saved.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,

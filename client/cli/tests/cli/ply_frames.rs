@@ -96,23 +96,23 @@ fn a_run_starts_from_a_saved_frame_and_goes_on_as_the_whole_run_does() {
     let scene = write_scene(here.path(), &in_f64());
     let whole = ["run", scene.as_str(), "--steps", "30", "--save", "whole", "--fields", "velocity"];
     nappe_in(here.path(), &whole).ok();
-    let rest = ["run", scene.as_str(), "--steps", "20", "--save", "rest", "--fields", "velocity"];
+    let rest = ["run", scene.as_str(), "--steps", "30", "--save", "rest", "--fields", "velocity"];
     let from = ["--start", "whole/frame-000005.ply"];
     nappe_in(here.path(), &[&rest[..], &from].concat()).ok();
-    // Two steps per frame: what was step 10 is step 0.
-    for frame in [1, 4, 10] {
+    // Frame 0 is the frame that it begins at.
+    for frame in [0, 1, 4, 10] {
         let (_, rest) = read(&here.path().join(format!("rest/frame-{frame:06}.ply")));
         let (_, whole) = read(&here.path().join(format!("whole/frame-{:06}.ply", frame + 5)));
         assert_eq!(rest, whole, "frame {frame}");
     }
 
     for (start, told) in [("whole", None), ("nothing", Some("nothing")), ("scene.toml", Some("scene.toml"))] {
-        let done = nappe_in(here.path(), &["run", &scene, "--steps", "1", "--start", start]);
+        let done = nappe_in(here.path(), &["run", &scene, "--steps", "31", "--start", start]);
         match told {
             None => drop(done.ok()),
             Some(told) => assert!(done.code == Some(1) && done.stderr.contains(told), "{done:?}"),
         }
     }
-    let done = nappe_in(here.path(), &["run", "hanging_sheet", "--steps", "1", "--start", "whole"]);
+    let done = nappe_in(here.path(), &["run", "hanging_sheet", "--steps", "31", "--start", "whole"]);
     assert!(done.stderr.contains("has 144 particles, and the scene has") && done.code == Some(1), "{done:?}");
 }

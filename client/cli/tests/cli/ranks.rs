@@ -84,11 +84,11 @@ fn a_stiff_scene_takes_two_levels_over_ranks_with_the_bits_of_one_process() {
         let stiff = stiff.replace("steps = 40", "steps = 3").replace("stiffness = 200.0", "stiffness = 2e5");
         let scene = write_scene(folder.path(), &stiff);
         let expected = nappe(&["run", &scene]).ok().json();
-        assert_eq!(expected["cloth"]["preconditioner"], "two_level", "what \"auto\" chooses");
+        assert_eq!(expected["cloth_at_end"]["preconditioner"], "two_level", "what \"auto\" chooses");
         for ranks in ["1", "2", "4"] {
             let done = nappe(&["run", &scene, "--ranks", ranks]).ok().json();
             assert_eq!(done["state_hash"], expected["state_hash"], "{side} x {side} on {ranks} ranks");
-            assert_eq!(done["cloth"], expected["cloth"], "{side} x {side} on {ranks} ranks");
+            assert_eq!(done["cloth_at_end"], expected["cloth_at_end"], "{side} x {side} on {ranks} ranks");
         }
     }
 }
@@ -136,7 +136,7 @@ fn snow_over_ranks_gives_the_files_of_a_run_without() {
             let there = folder();
             let done = run(there.path(), &["--ranks", ranks]);
             assert_eq!(done["state_hash"], expected["state_hash"], "{scene} on {ranks} ranks");
-            assert_eq!(done["snow"], expected["snow"], "{scene} on {ranks} ranks");
+            assert_eq!(done["snow_at_end"], expected["snow_at_end"], "{scene} on {ranks} ranks");
             assert!(files(there.path()) == files(alone.path()), "{scene} on {ranks} ranks: other files");
         }
     }

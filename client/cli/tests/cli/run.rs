@@ -47,7 +47,7 @@ fn a_run_ends_with_one_object_that_scripts_can_rely_on() {
     assert!(result["seconds"].as_f64().is_some_and(|seconds| seconds > 0.0));
     let hash = result["state_hash"].as_str().expect("a text");
     assert!(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok(), "{hash}");
-    assert!(result["energy"].as_f64().is_some_and(f64::is_finite));
+    assert!(result["energy_at_end"].as_f64().is_some_and(f64::is_finite));
     assert!(result["max_stretch"].as_f64().is_some_and(|stretch| (0.5..2.0).contains(&stretch)));
     assert!(result["diverged"].is_null());
     assert_eq!(result["interrupted"], false);

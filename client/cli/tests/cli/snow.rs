@@ -57,7 +57,7 @@ fn a_run_of_snow_tells_of_its_steps_and_its_packing() {
         (&result["particles"], &result["springs"], &result["steps"]),
         (&216.into(), &0.into(), &12.into())
     );
-    let snow = &result["snow"];
+    let snow = &result["snow_at_end"];
     assert!(snow["substeps"].as_u64().is_some_and(|count| count > 0), "{result}");
     assert!(snow["bound"].as_str().is_some_and(|bound| bound != "unknown"), "{result}");
     // 27 cells at 400 kg/m³.
@@ -65,10 +65,10 @@ fn a_run_of_snow_tells_of_its_steps_and_its_packing() {
     assert!(snow["grid_mass_error"].as_f64().is_some_and(|error| error.abs() < 1e-5), "{result}");
     assert!(snow["min_plastic_ratio"].as_f64().is_some_and(|ratio| (0.5..=1.0).contains(&ratio)), "{result}");
     let text = nappe(&["run", &scene]).ok().stdout;
-    assert!(text.contains("steps of snow") && text.contains("J_P"), "{text}");
+    assert!(text.contains("last step of snow") && text.contains("J_P"), "{text}");
     assert!(!text.contains("max stretch"), "no springs, no stretch: {text}");
     let sheet = nappe(&["run", "drap10", "--steps", "2", "--json"]).ok().json();
-    assert!(sheet["snow"].is_null(), "{sheet}");
+    assert!(sheet["snow_at_end"].is_null(), "{sheet}");
 }
 
 #[test]

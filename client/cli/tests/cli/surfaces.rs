@@ -14,25 +14,29 @@ const CROSSED: &str =
 fn a_run_tells_what_kept_surfaces_apart_and_counts_crossings_where_that_is_asked_for() {
     let here = folder();
     let plain = write_scene(here.path(), SMALL_SCENE);
-    assert_eq!(nappe(&["run", &plain, "--json"]).ok().json()["surface"], Value::Null);
-    assert!(!nappe(&["run", &plain]).ok().stdout.contains("surfaces of cloth"));
+    assert_eq!(nappe(&["run", &plain, "--json"]).ok().json()["surface_at_end"], Value::Null);
+    assert!(!nappe(&["run", &plain]).ok().stdout.contains("surfaces in the last step"));
 
     let counted = SMALL_SCENE.replace("steps = 40", "steps = 40\ncontact = { surface = \"count\" }");
     let counted = write_scene(here.path(), &counted);
     let told = nappe(&["run", &counted, "--json"]).ok().json();
-    assert_eq!((&told["surface"]["crossings"], &told["surface"]["pairs"]), (&json!(0), &json!(0)), "{told}");
-    assert_eq!(told["surface"]["least_gap_m"], Value::Null, "{told}");
+    assert_eq!(
+        (&told["surface_at_end"]["crossings"], &told["surface_at_end"]["pairs"]),
+        (&json!(0), &json!(0)),
+        "{told}"
+    );
+    assert_eq!(told["surface_at_end"]["least_gap_m"], Value::Null, "{told}");
 
     let thick = SMALL_SCENE.replace("mass =", "thickness = 0.01\nmass =");
     let thick = write_scene(here.path(), &thick);
     let told = nappe(&["run", &thick, "--json"]).ok().json();
-    let surface = &told["surface"];
+    let surface = &told["surface_at_end"];
     for number in ["pairs", "active", "rounds"] {
         assert!(surface[number].is_u64(), "{number}: {surface}");
     }
     assert_eq!((&surface["failed"], &surface["crossings"]), (&json!(0), &Value::Null), "{surface}");
     let text = nappe(&["run", &thick]).ok().stdout;
-    assert!(text.contains("surfaces of cloth") && text.contains(" pairs push"), "{text}");
+    assert!(text.contains("surfaces in the last step") && text.contains(" pairs push"), "{text}");
 }
 
 #[test]

@@ -187,6 +187,10 @@ class SessionInfo:
     it is in use, and on a server that keeps sessions until they are deleted."""
     ranks: SessionRanks | None
     """The ranks that step it. None where the server does."""
+    largest_stretch: float
+    """The largest `max_stretch` of diagnostics since the session was made, where it began counted."""
+    largest_stretch_seconds: float
+    """Simulated time at which it was so for the first time (s)."""
 
 
 @dataclass(frozen=True)

@@ -242,6 +242,16 @@ impl<R: Real> Cloth<R> {
         u64::from(self.parts.of_all(own as u32))
     }
 
+    /// Sub-steps that its scene asks for in a step of the world of `dt` (s).
+    pub(super) fn substeps(&self, dt: f64) -> f64 {
+        self.settings.time_step.count_in(dt)
+    }
+
+    /// Whether its solves begin from the change of velocity of the step before.
+    pub(super) fn starts_warm(&self) -> bool {
+        self.settings.integrator.is_implicit() && self.settings.solver.warm_start
+    }
+
     /// Lets the next step go on from the state alone: forces change from one step to the next.
     pub(super) fn forget_past(&mut self) {
         self.state.past.dt = 0.0;
@@ -256,7 +266,7 @@ impl<R: Real> Cloth<R> {
     /// world's (s). It takes a step of the world to the first at least, and a sub-step to each other.
     pub(super) fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>, dt: f64) {
         let particle = self.model.place[particle as usize];
-        let substeps = self.settings.time_step.count_in(dt);
+        let substeps = self.substeps(dt);
         let dt = dt / substeps;
         let (mut taken, mut least) = (0, substeps as u64);
         let points = points.map(|(time, target)| {
@@ -295,7 +305,7 @@ impl<R: Real> Cloth<R> {
     pub(super) fn hash(&self) -> u64 {
         let State { x, v, dv, past, .. } = &self.state;
         let numbers = |vector: &Padded<R>| array3(&vector.vector());
-        let is_warm = self.settings.integrator.is_implicit() && self.settings.solver.warm_start;
+        let is_warm = self.starts_warm();
         let particles = sum_hashes(&self.model.user, |place, user| {
             let owner = self.owner(*user);
             let ([x, y, z], [vx, vy, vz]) = (numbers(&x[place]), numbers(&v[place]));
@@ -314,10 +324,7 @@ impl<R: Real> Cloth<R> {
             }
         });
 
-        let moving = self.motions();
-        let pins = sum_hashes(&moving, |_, motion| {
-            motion.hash(self.owner(self.model.user[motion.particle as usize]))
-        });
+        let pins = self.hash_pins();
         let Gain { energy, kept, ratio, motion } = self.state.gain;
         let gained =
             if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, kept, ratio, motion]) };
@@ -333,6 +340,12 @@ impl<R: Real> Cloth<R> {
             })
         };
         particles.wrapping_add(pins).wrapping_add(gained).wrapping_add(capped).wrapping_add(set_up)
+    }
+
+    /// Wrapping sum of a hash per pin on its way.
+    pub(super) fn hash_pins(&self) -> u64 {
+        let moving = self.motions();
+        sum_hashes(&moving, |_, motion| motion.hash(self.owner(self.model.user[motion.particle as usize])))
     }
 
     /// Number among all particles of one of its own.

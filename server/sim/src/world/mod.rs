@@ -27,10 +27,14 @@ mod apart;
 mod rules;
 mod clock;
 mod change;
+mod carried;
+mod begin;
 mod view;
 mod simulation;
 mod state;
 
+pub use begin::{BeginError, Beginning};
+pub use carried::{Carried, CarriedError, Missing};
 pub use changes::{Change, ChangeError, allowed};
 pub use clock::World;
 pub use collider_move::{ColliderMove, Departure, MoveError, MoveKey};

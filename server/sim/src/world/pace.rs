@@ -91,6 +91,27 @@ impl Pace {
         self.halvings <= HALVINGS
     }
 
+    /// All of its numbers, of which [`Self::of_numbers`] makes it again.
+    pub(super) fn all_numbers(self) -> [f64; 7] {
+        let [length, last] = self.controlled.unwrap_or_default();
+        let [parts, held, needed] = self.hold.all_numbers();
+        [f64::from(self.halvings), f64::from(self.good), length, last, parts, held, needed]
+    }
+
+    /// The pace that has these numbers; none if no pace has.
+    pub(super) fn of_numbers([halvings, good, length, last, hold @ ..]: [f64; 7]) -> Option<Self> {
+        let is_count =
+            |number: f64, most: u32| (0.0..=f64::from(most)).contains(&number) && number.fract() == 0.0;
+        let is_amount = |number: f64| number.is_finite() && number >= 0.0;
+        let fits = is_count(halvings, HALVINGS) && is_count(good, u32::MAX);
+        if !fits || !is_amount(length) || !is_amount(last) {
+            return None;
+        }
+        let controlled = (length > 0.0).then_some([length, last]);
+        let hold = HeldLength::of_numbers(hold)?;
+        Some(Self { halvings: halvings as u32, good: good as u32, controlled, hold })
+    }
+
     /// Adds it to a hash of the state, unless nothing ever changed it.
     pub(super) fn hash(&self, hasher: &mut Xxh3) {
         let Self { halvings, good, controlled, hold } = *self;
@@ -102,6 +123,26 @@ impl Pace {
             hasher.update(
                 [f64::from(halvings), f64::from(good), length, last].map(f64::to_le_bytes).as_flattened(),
             );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pace_goes_on_from_its_numbers() {
+        let mut pace = Pace::default();
+        assert_eq!(Pace::of_numbers(pace.all_numbers()), Some(pace));
+        assert!(pace.reject(0.01, 0.01, None));
+        pace.length(0.01, 0.01, 0.004);
+        pace.accept(0.002, Some(0.5), || false);
+        assert_eq!(Pace::of_numbers(pace.all_numbers()), Some(pace));
+        for (place, wrong) in [(0, 7.0), (0, 0.5), (1, -1.0), (2, f64::INFINITY), (3, f64::NAN), (4, 0.5)] {
+            let mut numbers = pace.all_numbers();
+            numbers[place] = wrong;
+            assert_eq!(Pace::of_numbers(numbers), None, "{place}: {wrong}");
         }
     }
 }

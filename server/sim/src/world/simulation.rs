@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use super::{
+    begin::{BeginError, Beginning},
+    carried::Carried,
     changes::{Change, ChangeError},
     clock::World,
     parameters::WorldParameters,
@@ -156,6 +158,22 @@ impl Simulation {
         on_world!(self, world => world.apply(changes))
     }
 
+    /// Begins elsewhere than at the start of its setup, of which the changes before the first step were applied. Runs on the rayon
+    /// pool that the caller installed.
+    ///
+    /// # Errors
+    /// When it has snow, the particles are others or are where none may be, or the numbers are none that it tells. It is not to
+    /// be stepped then.
+    pub fn begin(&mut self, at: &Beginning) -> Result<(), BeginError> {
+        on_world!(self, world => world.begin(at))
+    }
+
+    /// What further steps depend on beside the setup, the steps taken, positions and velocities: for a frame at which another
+    /// simulation is to begin. Runs on the rayon pool that the caller installed.
+    pub fn carried(&self) -> Carried {
+        on_world!(self, world => world.carried())
+    }
+
     /// Which changes it accepts.
     pub fn rules(&self) -> &Arc<ChangeRules> {
         on_world!(self, world => world.rules())
@@ -204,6 +222,11 @@ impl Simulation {
     /// If there are not so many colliders.
     pub fn collider_pose(&self, index: usize) -> Pose {
         on_world!(self, world => world.collider_pose(index))
+    }
+
+    /// Velocity (m/s) of the medium around the cloth, as it is now.
+    pub fn wind(&self) -> [f64; 3] {
+        on_world!(self, world => world.wind())
     }
 
     /// Largest explicit steps, one per cloth, and one for all bodies with a thickness.

@@ -1,6 +1,10 @@
 //! Vectors that a change has for the particles of a body: its own list, or one that others have too.
 
-use std::{fmt, ops::Deref, sync::Arc};
+use std::{
+    fmt,
+    ops::{Deref, Range},
+    sync::Arc,
+};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -21,6 +25,25 @@ impl Vectors {
     /// Memory that is theirs to count (bytes): none where somebody else counts it.
     pub fn bytes(&self) -> usize {
         self.bytes
+    }
+}
+
+/// Some of the vectors that others have.
+struct Part {
+    whole: Vectors,
+    range: Range<usize>,
+}
+
+impl AsRef<[[f64; 3]]> for Part {
+    fn as_ref(&self) -> &[[f64; 3]] {
+        &self.whole[self.range.clone()]
+    }
+}
+
+impl Vectors {
+    /// Those of a range, without a copy.
+    pub(super) fn part(&self, range: Range<usize>) -> Self {
+        Self::from(Part { whole: self.clone(), range })
     }
 }
 
@@ -75,5 +98,7 @@ mod tests {
         assert_eq!(own.as_ptr(), copy.as_ptr());
         assert_eq!((own.bytes(), Vectors::counted_elsewhere(vec![[0.0; 3]; 2]).bytes()), (48, 0));
         assert!(own == Vectors::from([[1.0, 2.0, 3.0]; 2]) && own != Vectors::from([[1.0, 2.0, 4.0]; 2]));
+        let part = own.part(1..2);
+        assert_eq!((part.as_ptr(), part.len()), (own[1..].as_ptr(), 1));
     }
 }

@@ -40,6 +40,11 @@ impl<R: Real> World<R> {
         self.bodies.iter_mut().find_map(Body::as_snow_mut).map(|body| &mut body.snow)
     }
 
+    /// Velocity (m/s) of the medium around the cloth, as it is now.
+    pub fn wind(&self) -> [f64; 3] {
+        self.around().wind
+    }
+
     /// Parameters as they are now.
     pub fn parameters(&self) -> WorldParameters {
         let cloths = self.bodies.iter().filter_map(Body::as_cloth).flat_map(Cloth::parameters);
@@ -49,7 +54,7 @@ impl<R: Real> World<R> {
         let poses = self.colliders.iter().map(|collider| (collider.name.clone(), collider.pose(time)));
         WorldParameters {
             gravity: self.gravity,
-            wind: self.around().wind,
+            wind: self.wind(),
             cloths: cloths.into_iter().map(|(_, cloth)| cloth).collect(),
             colliders: poses.collect(),
         }

@@ -8,6 +8,8 @@ mod job;
 mod stops;
 mod jobs;
 
+pub(crate) use server::hash;
+
 use std::{path::Path, time::Duration};
 
 use crate::{

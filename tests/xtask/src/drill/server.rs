@@ -160,7 +160,7 @@ pub(super) fn signal(name: &str, process: u32) {
 }
 
 /// The hash in what a command says.
-pub(super) fn hash(said: &str) -> Option<&str> {
+pub(crate) fn hash(said: &str) -> Option<&str> {
     said.split_once("\"state_hash\":\"")?.1.split('"').next()
 }
 

@@ -76,6 +76,7 @@ fn frame(number: u64) -> Frame {
         dropped_count: 0,
         diagnostics: Some(v1::Diagnostics { solve: Some(solve), loads, ..v1::Diagnostics::default() }),
         poses: Vec::new(),
+        carried: None,
     }
 }
 

@@ -41,6 +41,7 @@ pub(crate) fn frame(number: u64, poses: Vec<ColliderPose>) -> Frame {
         dropped_count: 0,
         diagnostics: None,
         poses,
+        carried: None,
     }
 }
 

@@ -94,6 +94,7 @@ fn frame(number: u64) -> Frame {
         dropped_count: 0,
         diagnostics: Some(diagnostics(number)),
         poses: Vec::new(),
+        carried: None,
     }
 }
 

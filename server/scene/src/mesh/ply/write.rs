@@ -55,6 +55,8 @@ pub struct PlyFrame<'a> {
     pub step: u64,
     /// Simulated time (s).
     pub time: f64,
+    /// What else it says of itself, a line each, of printable characters.
+    pub comments: &'a [String],
 }
 
 /// Numbers of every particle beside its position.
@@ -103,7 +105,7 @@ impl PlyNumbers<'_> {
     }
 }
 
-/// Writes a frame: its numbers as they are, with step and time as comments.
+/// Writes a frame: its numbers as they are, with step, time and what else it says as comments.
 ///
 /// # Errors
 /// Those of `out`.
@@ -117,7 +119,11 @@ pub fn write_ply_frame(frame: &PlyFrame<'_>, out: &mut impl Write) -> io::Result
         assert_eq!(values.count(), names.len() * count, "one number a name and particle: {names:?}");
     }
     write!(out, "ply\nformat binary_little_endian 1.0\ncomment step {}\n", frame.step)?;
-    write!(out, "comment time_seconds {}\nelement vertex {}\n", frame.time, count)?;
+    writeln!(out, "comment time_seconds {}", frame.time)?;
+    for comment in frame.comments {
+        writeln!(out, "comment {comment}")?;
+    }
+    writeln!(out, "element vertex {count}")?;
 
     let positions = PlyProperty { names: &["x", "y", "z"], values: frame.positions };
     let properties = || std::iter::once(&positions).chain(frame.properties);

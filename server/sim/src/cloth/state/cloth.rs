@@ -47,6 +47,17 @@ impl PinMotion {
         2 * STATES * size_of::<Self>() + size_of_val(&*self.points)
     }
 
+    /// What is left of it after so many sub-steps of those that the scene asks for, a whole number; none if it has arrived.
+    pub(crate) fn after(mut self, mut steps: f64) -> Option<Self> {
+        while steps >= self.steps_left {
+            steps -= self.steps_left;
+            self.next += 1;
+            self.steps_left = self.points.get(self.next)?.steps as f64;
+        }
+        self.steps_left -= steps;
+        Some(self)
+    }
+
     /// Hash of what is left of it, a link per point.
     pub(crate) fn hash(&self, seed: u64) -> u64 {
         let start = hash_numbers(seed, [self.steps_left]);
@@ -191,5 +202,20 @@ impl<R: Real> State<R> {
             next.is_some()
         });
         stands
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pin_is_as_far_on_its_way_as_after_its_steps() {
+        let point = |x: f64, steps: u64| PathPoint { target: [x, 0.0, 0.0], steps };
+        let motion = PinMotion::along(3, [point(1.0, 4), point(2.0, 1), point(3.0, 6)].into());
+        let after = |steps: f64| motion.clone().after(steps).map(|left| (left.next, left.steps_left));
+        assert_eq!([0.0, 3.0, 4.0].map(after), [Some((0, 4.0)), Some((0, 1.0)), Some((1, 1.0))]);
+        assert_eq!([5.0, 10.0, 11.0].map(after), [Some((2, 6.0)), Some((2, 1.0)), None]);
+        assert_eq!(after(1e12), None);
     }
 }
