@@ -31,13 +31,14 @@ const JSON_MESSAGES: [&str; 16] = [
 ];
 
 /// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.
-const JSON_FIELDS: [(&str, &str); 16] = [
+const JSON_FIELDS: [(&str, &str); 17] = [
     ("Session.state", "session_state"),
     ("Session.precision", "precision"),
     ("Session.state_hash", "state_hash"),
     ("Session.create_time", "time"),
     ("Parameters.gravity", "vector"),
     ("Parameters.wind", "vector"),
+    ("Parameters.forces", "forces"),
     ("SpringParameters.kind", "spring_kind"),
     ("ColliderPose.position", "vector"),
     ("ColliderPose.turn", "quaternion"),

@@ -1307,6 +1307,13 @@ pub struct Parameters {
     /// Where the colliders are after the newest step, in the order of the scene.
     #[prost(message, repeated, tag = "4")]
     pub collider_poses: ::prost::alloc::vec::Vec<ColliderPose>,
+    /// Forces that calls have set: an entry for each body on which any of them acts, in the order of the bodies' particles. It
+    /// names the particles that feel one, or none of them where all that are not pinned feel the same; sent again, it sets the
+    /// same forces. At most 4096 particles are named in all, and none in lists of sessions: an entry without `force` and
+    /// `forces_f64` leaves them out.
+    #[prost(message, repeated, tag = "5")]
+    #[serde(serialize_with = "crate::json::forces")]
+    pub forces: ::prost::alloc::vec::Vec<ForceUpdate>,
 }
 /// Drag, air and springs of a body of cloth.
 #[derive(serde::Serialize)]

@@ -9,7 +9,8 @@ use prost_types::Timestamp;
 use serde::{Serialize as _, Serializer};
 
 use crate::v1::{
-    Precision, Quaternion, SessionState, SolveOutcome, SolveReport, SpringKind, TimeBound, Vector3,
+    ForceUpdate, Precision, Quaternion, SessionState, SolveOutcome, SolveReport, SpringKind, TimeBound,
+    Vector3,
 };
 
 /// What a session is doing, as a word.
@@ -58,6 +59,31 @@ pub(crate) fn quaternion<S: Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     value.map_or([0.0, 0.0, 0.0, 1.0], <[f64; 4]>::from).serialize(serializer)
+}
+
+/// Forces on bodies, each with its particles and with one force for all of them or a list; `null` where there is none.
+pub(crate) fn forces<S: Serializer>(value: &[ForceUpdate], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(value.iter().map(Acting::of))
+}
+
+/// Forces on a body.
+#[derive(serde::Serialize)]
+struct Acting<'a> {
+    body: &'a str,
+    particles: Option<Vec<u32>>,
+    force: Option<[f64; 3]>,
+    forces: Option<Vec<[f64; 3]>>,
+}
+
+impl<'a> Acting<'a> {
+    fn of(update: &'a ForceUpdate) -> Self {
+        Self {
+            body: &update.body,
+            particles: Some(update.particles()).filter(|particles| !particles.is_empty()),
+            force: update.force.map(<[f64; 3]>::from),
+            forces: Some(update.forces()).filter(|forces| !forces.is_empty()),
+        }
+    }
 }
 
 /// The fields of a solver's report; all `null` without one, so that every object has the same keys.

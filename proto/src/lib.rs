@@ -27,6 +27,7 @@ pub mod v1 {
 }
 
 mod words;
+mod forces;
 mod json;
 mod requests;
 mod reason;

@@ -57,6 +57,83 @@ async fn air_and_forces_by_call_have_the_bits_of_a_scene_that_says_the_same() {
     assert!(of(called) != 0.0, "the air worked");
 }
 
+fn acting(session: &v1::Session) -> &[v1::ForceUpdate] {
+    &session.parameters.as_ref().expect("parameters").forces
+}
+
+/// The only session of a server, as it is listed.
+async fn listed(server: &mut Server) -> v1::Session {
+    let answer = server.client.list_sessions(v1::ListSessionsRequest::default()).await;
+    let sessions = answer.expect("listed").into_inner().sessions;
+    assert_eq!(sessions.len(), 1);
+    sessions[0].clone()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn forces_that_calls_have_set_are_read_back_and_can_be_sent_again() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(5)).await;
+    assert!(acting(&server.get(&id).await).is_empty());
+    let (up, aside) = ([0.0, 0.01, 0.0], [0.0, 0.0, -0.002]);
+    let change = |wanted: Vec<v1::ForceUpdate>| forces(&id, 0, wanted);
+
+    // All that are free feel the same: none is named. Pins, which are 0 and 4, feel nothing.
+    server.client.update_parameters(change(vec![force("sheet", &[], up)])).await.expect("accepted");
+    assert!(acting(&server.get(&id).await).is_empty(), "the change waits for its step");
+    let told = server.step(&id, 1).await;
+    assert_eq!(acting(&told), [force("sheet", &[], up)]);
+    assert_eq!(acting(&listed(&mut server).await), acting(&told));
+
+    // Others on some of them: each is named, but not in a list of sessions.
+    let others = [force("sheet", &[7, 9], aside), force("sheet", &[1, 2], [0.0; 3])];
+    server.client.update_parameters(change(others.to_vec())).await.expect("accepted");
+    let told = server.step(&id, 1).await;
+    let [one] = acting(&told) else { panic!("{:?}", acting(&told)) };
+    let named: Vec<u32> = (0..25).filter(|particle| ![0, 1, 2, 4].contains(particle)).collect();
+    let expected: Vec<[f64; 3]> = named.iter().map(|p| if [7, 9].contains(p) { aside } else { up }).collect();
+    assert_eq!(
+        (one.body.as_str(), one.force, one.particles(), one.forces()),
+        ("sheet", None, named, expected)
+    );
+    let session = listed(&mut server).await;
+    assert_eq!(acting(&session), [v1::ForceUpdate { body: "sheet".into(), ..v1::ForceUpdate::default() }]);
+
+    // A fork has them. What was taken away and is sent again as it was told leads to the bits of the calls that set it.
+    let request = v1::ForkSessionRequest::of(&id);
+    let forked = server.client.fork_session(request).await.expect("a fork").into_inner();
+    let forked = forked.session.expect("a session");
+    assert_eq!(acting(&forked), acting(&told));
+    let again = vec![force("sheet", &[], [0.0; 3]), one.clone()];
+    server.client.update_parameters(change(again)).await.expect("accepted");
+    let as_before = [&[force("sheet", &[], up)][..], &others].concat();
+    server.client.update_parameters(forces(&forked.session_id, 0, as_before)).await.expect("accepted");
+    let (session, forked) = (server.step(&id, 5).await, server.step(&forked.session_id, 5).await);
+    assert_eq!((acting(&session), acting(&forked)), (acting(&told), acting(&told)));
+    assert_eq!(session.state_hash, forked.state_hash);
+
+    reset(&mut server, &id).await;
+    assert!(acting(&server.get(&id).await).is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn more_forces_than_a_description_holds_are_left_out_and_their_body_is_named() {
+    let mut server = Server::start().await;
+    let id = server.session(dust(65, "")).await;
+    let each: Vec<[f64; 3]> = (0..65 * 65).map(|i| [0.0, 0.0, 1e-9 * f64::from(i + 1)]).collect();
+    let update = v1::ForceUpdate {
+        body: "dust".into(),
+        forces_f64: packed(&each).into(),
+        ..v1::ForceUpdate::default()
+    };
+    server.client.update_parameters(forces(&id, 0, vec![update])).await.expect("accepted");
+    let told = server.step(&id, 1).await;
+    assert_eq!(acting(&told), [v1::ForceUpdate { body: "dust".into(), ..v1::ForceUpdate::default() }]);
+
+    let some = vec![force("dust", &[], [0.0; 3]), force("dust", &[64 * 65], [0.0, 0.0, 1e-6])];
+    server.client.update_parameters(forces(&id, 0, some.clone())).await.expect("accepted");
+    assert_eq!(acting(&server.step(&id, 1).await), &some[1..]);
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_state_by_call_or_by_upload_is_where_the_body_goes_on_from() {
     let mut server = Server::with(Limits { max_meshes: 1, ..Limits::default() }).await;

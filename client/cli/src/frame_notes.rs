@@ -121,7 +121,7 @@ mod tests {
 
     /// A header with these lines.
     fn header(lines: &[String]) -> Vec<u8> {
-        let comments: String = lines.iter().map(|line| format!("comment {line}\n")).collect();
+        let comments = lines.iter().fold(String::new(), |text, line| text + "comment " + line + "\n");
         let mut bytes = format!(
             "ply\nformat binary_little_endian 1.0\ncomment step 7\ncomment time_seconds 0.1\n{comments}element vertex 1\n\
              property double x\nproperty float vx\nproperty float vy\nproperty float vz\nelement face 0\n\

@@ -29,7 +29,8 @@ def eventually(holds: Callable[[], bool], seconds: float = 120.0) -> float:
 
 
 class Proxy:
-    """Carries bytes between clients and a server, and cuts all connections when told so, or after so many bytes."""
+    """Carries bytes between clients and a server, and cuts all connections when told so, or after so many bytes. It can
+    hold bytes back, as if the server did not answer."""
 
     def __init__(self, target: tuple[str, int]) -> None:
         self._target = target
@@ -38,12 +39,18 @@ class Proxy:
         self._lock = threading.Lock()
         self.cut_after: list[int] = []
         self._carried = 0
+        self._flows = threading.Event()
+        self._flows.set()
         self.cuts = 0
         threading.Thread(target=self._accept, daemon=True).start()
 
     @property
     def address(self) -> str:
         return f"127.0.0.1:{self._listener.getsockname()[1]}"
+
+    def hold(self) -> None:
+        """Holds back what comes from now on, until the connections are cut, with which it is lost."""
+        self._flows.clear()
 
     def cut(self) -> None:
         with self._lock:
@@ -52,6 +59,7 @@ class Proxy:
         for end in cut:
             with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
+        self._flows.set()
 
     def close(self) -> None:
         with contextlib.suppress(OSError):
@@ -74,6 +82,7 @@ class Proxy:
     def _carry(self, source: socket.socket, sink: socket.socket, counts: bool) -> None:
         try:
             while data := source.recv(1 << 16):
+                self._flows.wait()
                 sink.sendall(data)
                 if counts and self._is_enough(len(data)):
                     self.cuts += 1
@@ -93,9 +102,13 @@ class Proxy:
             return False
 
 
+def proxy_before(server: nappe.Server) -> Proxy:
+    host, port = server.address.removeprefix("http://").split(":")
+    return Proxy((host, int(port)))
+
+
 @pytest.fixture
 def proxy(server: nappe.Server) -> Iterator[Proxy]:
-    host, port = server.address.removeprefix("http://").split(":")
-    between = Proxy((host, int(port)))
+    between = proxy_before(server)
     yield between
     between.close()

@@ -167,6 +167,34 @@ def test_forces_air_and_states_wait_for_their_step(server: nappe.Server) -> None
         assert session.drop_pending() == 2
 
 
+def test_forces_that_calls_have_set_are_read_back(server: nappe.Server) -> None:
+    def forces(session: nappe.Session) -> Any:
+        assert session.parameters is not None
+        return session.parameters.forces
+
+    with server.create(CLOTH) as session:
+        assert forces(session) == {}
+        session.update(forces={"cloth": UP})
+        session.step()
+        assert forces(session) == {"cloth": (0.0, 1.0, 0.0)}, "all that are not pinned feel the same"
+        session.step(changes={"forces": {"cloth": {7: -UP, 9: 0 * UP}}})
+        told = forces(session)["cloth"]
+        assert sorted(told) == [particle for particle in range(1, 81) if particle != 9]
+        assert told[7] == (0.0, -1.0, 0.0) and told[8] == (0.0, 1.0, 0.0)
+        (listed,) = [other for other in server.sessions() if other.uid == session.uid]
+        assert forces(listed) == {"cloth": None} and forces(listed.refresh()) == {"cloth": told}
+
+        # What was read can be given.
+        session.step(changes={"forces": {"cloth": 0 * UP}})
+        assert forces(session) == {}
+        session.step(changes={"forces": {"cloth": told}})
+        assert forces(session) == {"cloth": told}
+        with session.fork() as fork:
+            assert forces(fork) == {"cloth": told}
+        session.reset()
+        assert forces(session.refresh()) == {}
+
+
 def test_a_reset_leads_back_to_the_start_and_steps_go_on(server: nappe.Server) -> None:
     with server.create(CLOTH) as session:
         start, parameters = start_of(session), session.parameters

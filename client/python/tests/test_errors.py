@@ -71,6 +71,7 @@ CLASSES = [
     nappe.Expired,
     nappe.Full,
     nappe.Unauthenticated,
+    nappe.Closed,
 ]
 
 

@@ -194,6 +194,21 @@ def test_parameters_have_the_air_of_each_cloth_that_feels_some() -> None:
     assert still.air is None and blown.air == Air(density=1.2, normal=0.5, lift=2.0, tangential=0.02)
 
 
+def test_parameters_have_the_forces_of_calls_as_calls_take_them() -> None:
+    some = {4: (0.0, 1.0, 2.0), 7: (3.0, 4.0, 5.0)}
+    given: Any = {"flag": some, "sail": (0.0, 1.0, 2.0), "net": {3: (6.0, 7.0, 8.0)}}
+    sent = update(forces=given).message.forces
+    same = v1.ForceUpdate(body="net", particles_u32=b"\3\0\0\0", force=vector(6, 7, 8))
+    for forces in (sent, [*sent[:2], same]):
+        told = read(Parameters, v1.Parameters(forces=forces)).forces
+        assert told == given and list(told) == ["flag", "sail", "net"]
+        assert update(forces=told).message.forces == sent
+    assert read(Parameters, v1.Parameters()).forces == {}
+    assert read(Parameters, v1.Parameters(forces=[v1.ForceUpdate(body="flag")])).forces == {"flag": None}
+    each = v1.ForceUpdate(body="flag", forces_f64=ROWS.tobytes())
+    assert read(Parameters, v1.Parameters(forces=[each])).forces == {"flag": [(0, 1, 2), (3, 4, 5)]}
+
+
 def test_the_work_of_forces_and_the_new_words_are_read() -> None:
     told = read(Diagnostics, v1.Diagnostics(external_work=0.25))
     assert told.external_work == 0.25 and diagnostics_array([told])["external_work"].tolist() == [0.25]

@@ -42,6 +42,7 @@ GROUPS = {
         "TooSlow",
         "Unauthenticated",
         "Unavailable",
+        "Closed",
         "REASONS",
         "Reason",
     ),

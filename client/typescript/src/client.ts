@@ -3,19 +3,20 @@
 // Enters: an address and a token. Leaves: answers of the contract.
 
 import { create, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
+import { checkSignal, text, type Whole } from './checks.ts';
 import { broken } from './errors.ts';
 import {
   DeleteSessionRequestSchema, GetServerInfoRequestSchema, GetSessionRequestSchema, ListSessionsRequestSchema, MakeLinkRequestSchema,
-  OpenLinkRequestSchema, PauseSessionRequestSchema, PlaySessionRequestSchema, SimulationService, type GetServerInfoResponse,
-  type MakeLinkResponse, type Session, type UpdateParametersResponse,
+  OpenLinkRequestSchema, SimulationService, type GetServerInfoResponse, type MakeLinkResponse, type Session, type UpdateParametersResponse,
 } from './gen/nappe/v1/simulation_pb.ts';
 import { call, type Method, type Target } from './grpcweb.ts';
 import {
-  createRequest, forkRequest, named, stepRequest, updateRequest,
-  type CreateOptions, type ForkOptions, type SessionRef, type StepOptions, type UpdateOptions,
+  createRequest, forkRequest, named, pauseRequest, playRequest, stepRequest, updateRequest,
+  type CreateOptions, type ForkOptions, type PauseOptions, type PlayOptions, type SessionRef, type StepOptions, type UpdateOptions,
 } from './requests.ts';
 import { diagnostics, frames, topology, type FrameOptions, type StreamOptions } from './streams.ts';
 import { readTarget, readToken, type ConnectOptions } from './target.ts';
+import { writable } from './written.ts';
 import type { LiveFrame } from './frame.ts';
 import type { Diagnostics } from './gen/nappe/v1/frame_pb.ts';
 import type { Topology } from './topology.ts';
@@ -72,7 +73,8 @@ export class Client {
 
   /** The token for a code, which is good for it once; empty if the server asks for none. */
   async openLink(code: string, signal?: AbortSignal): Promise<string> {
-    return (await this.#call(METHODS.openLink, create(OpenLinkRequestSchema, { code }), signal, CALL_SECONDS)).token;
+    const request = create(OpenLinkRequestSchema, { code: text(code, 'code') });
+    return (await this.#call(METHODS.openLink, request, signal, CALL_SECONDS)).token;
   }
 
   /** All sessions, in the order of their ids. */
@@ -82,7 +84,7 @@ export class Client {
     for (;;) {
       const request = create(ListSessionsRequestSchema, { pageSize: PAGE_SIZE, pageToken });
       const page = await this.#call(METHODS.listSessions, request, signal, CALL_SECONDS);
-      found.push(...page.sessions);
+      found.push(...page.sessions.map((session) => writable(session)));
       pageToken = page.nextPageToken;
       // A page that holds nothing and promises more would never end.
       if (pageToken === '' || page.sessions.length === 0) return found;
@@ -102,19 +104,17 @@ export class Client {
   }
 
   /** Steps on, at so many simulated seconds per second of wall clock; 0: as fast as possible. */
-  async play(session: SessionRef, { realTimeFactor = 0 }: { realTimeFactor?: number } = {}, signal?: AbortSignal): Promise<Session> {
-    const request = create(PlaySessionRequestSchema, { ...named(session), realTimeFactor });
-    return present(await this.#call(METHODS.playSession, request, signal));
+  async play(session: SessionRef, options: PlayOptions = {}, signal?: AbortSignal): Promise<Session> {
+    return present(await this.#call(METHODS.playSession, playRequest(session, options), signal));
   }
 
   /** Stops stepping after the step in progress; answers once the session stands, unless `wait` is false. */
-  async pause(session: SessionRef, { wait = true }: { wait?: boolean } = {}, signal?: AbortSignal): Promise<Session> {
-    const request = create(PauseSessionRequestSchema, { ...named(session), wait });
-    return present(await this.#call(METHODS.pauseSession, request, signal));
+  async pause(session: SessionRef, options: PauseOptions = {}, signal?: AbortSignal): Promise<Session> {
+    return present(await this.#call(METHODS.pauseSession, pauseRequest(session, options), signal));
   }
 
   /** Takes so many steps, then pauses. */
-  async step(session: SessionRef, count = 1, options: StepOptions = {}, signal?: AbortSignal): Promise<Session> {
+  async step(session: SessionRef, count: Whole = 1, options: StepOptions = {}, signal?: AbortSignal): Promise<Session> {
     return present(await this.#call(METHODS.stepSession, stepRequest(session, count, options), signal));
   }
 
@@ -148,15 +148,16 @@ export class Client {
     return diagnostics(this.#target, session, options);
   }
 
-  #call<I extends DescMessage, O extends DescMessage>(
+  async #call<I extends DescMessage, O extends DescMessage>(
     method: Method<I, O>, message: MessageShape<I>, signal: AbortSignal | undefined, seconds?: number,
   ): Promise<MessageShape<O>> {
-    return call(this.#target, method, message, { signal, seconds });
+    checkSignal(signal);
+    return writable(await call(this.#target, method, message, { signal, seconds }));
   }
 }
 
 /** The session in an answer, which the contract promises. */
 function present({ session, $typeName }: { session?: Session | undefined; $typeName: string }): Session {
   if (session === undefined) throw broken(`${$typeName} lacks its session`);
-  return session;
+  return writable(session);
 }

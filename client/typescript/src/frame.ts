@@ -9,6 +9,7 @@ import { Field, type Diagnostics, type Frame as Wire } from './gen/nappe/v1/fram
 import type { StateChange } from './gen/nappe/v1/simulation_pb.ts';
 import { type Pose, readPoses } from './poses.ts';
 import { place, type Topology } from './topology.ts';
+import { writable } from './written.ts';
 
 /** Arrays in each frame besides positions. */
 export type FieldName = 'velocities' | 'plastic_ratio' | 'stress';
@@ -123,14 +124,14 @@ export class FrameJoiner {
     const told = `frame ${wire.frame}`;
     const whole = this.#names.map((name) => [name, (arrays.get(FIELDS[name].field) as Joining).whole(topology.particleCount, told)] as const);
     let held = whole.map(([, array]) => array);
-    return {
+    return writable({
       frame: wire.frame, step: wire.step, time: wire.timeSeconds, stateHash: wire.stateHash ?? null, dropped: wire.droppedCount,
-      session, diagnostics: wire.diagnostics ?? null, topology, poses, positions: whole[0][1], fields: Object.fromEntries(whole.slice(1)), bytes,
+      session, diagnostics: wire.diagnostics === undefined ? null : writable(wire.diagnostics), topology, poses, positions: whole[0][1], fields: Object.fromEntries(whole.slice(1)), bytes,
       release: () => {
         for (const array of held) this.#pool.give(array);
         held = [];
       },
-    };
+    });
   }
 
   #drop(): void {

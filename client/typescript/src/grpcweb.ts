@@ -36,7 +36,8 @@ export async function call<I extends DescMessage, O extends DescMessage>(
   try {
     const bytes = await answer.next();
     if (bytes === null) throw broken(`the answer to ${method.name} has no message`);
-    const read = decoded(method.output, bytes);
+    // Bytes of the answer are kept, and what is read next would overwrite them.
+    const read = decoded(method.output, bytes.slice());
     if ((await answer.next()) !== null) throw broken(`the answer to ${method.name} has more than one message`);
     return read;
   } finally {

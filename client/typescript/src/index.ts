@@ -1,11 +1,15 @@
 // The client of nappe for browsers and Node: `connect` gives a `Client`.
 
 export { Client, connect, type Created } from './client.ts';
+export type { Given, Whole } from './checks.ts';
 export { meshOf, type Mesh } from './colliders.ts';
 export { Code, failureError, NappeError, type Reason } from './errors.ts';
 export type { Numbers } from './arrays.ts';
+export { forcesOf, type CalledForces } from './forces.ts';
 export type { FieldName, LiveFrame } from './frame.ts';
-export type { Changes, CreateOptions, ForkOptions, PrecisionName, SessionRef, StepOptions, UpdateOptions } from './requests.ts';
+export type {
+  Changes, CreateOptions, ForkOptions, PauseOptions, PlayOptions, PrecisionName, SessionRef, StepOptions, UpdateOptions,
+} from './requests.ts';
 export type { FrameOptions, StreamOptions } from './streams.ts';
 export type { Pose } from './poses.ts';
 export type { ConnectOptions } from './target.ts';

@@ -2,17 +2,20 @@
 //
 // Enters: arguments. Leaves: messages, or an error that names the argument.
 
-import { create, type MessageInitShape, type MessageShape } from '@bufbuild/protobuf';
+import { create, type DescMessage, type MessageInitShape, type MessageShape } from '@bufbuild/protobuf';
+import { fieldNames, filled, flag, OPTIONS, real, record, text, whole, word, wrong, type Given, type Whole } from './checks.ts';
 import { refused } from './errors.ts';
 import {
-  ChangesSchema, CreateSessionRequestSchema, ForkSessionRequestSchema, Precision, StepSessionRequestSchema, UpdateParametersRequestSchema,
+  ChangesSchema, CreateSessionRequestSchema, ForkSessionRequestSchema, PauseSessionRequestSchema, PlaySessionRequestSchema, Precision,
+  StepSessionRequestSchema, UpdateParametersRequestSchema,
 } from './gen/nappe/v1/simulation_pb.ts';
 
 /** A session: its id, or its id and its uid, as a `Session` has them. With the uid, another one of the same id is refused. */
 export type SessionRef = string | { readonly sessionId: string; readonly uid: string };
 
 /** Binary32 or binary64. */
-export type PrecisionName = 'f32' | 'f64';
+export type PrecisionName = (typeof PRECISIONS)[number];
+export const PRECISIONS = ['f32', 'f64'] as const;
 
 /** A session to make; what is absent is as the scene says. */
 export interface CreateOptions {
@@ -24,32 +27,44 @@ export interface CreateOptions {
   sessionId?: string;
   precision?: PrecisionName;
   /** Absent: as many as the server has cores, within its limit. */
-  threadCount?: number;
+  threadCount?: Whole;
   /** The session ends by itself after so many steps; 0: never. */
-  stepLimit?: bigint;
+  stepLimit?: Whole;
   /** Steps between frames. */
-  frameIntervalSteps?: number;
+  frameIntervalSteps?: Whole;
   /** Ranks of a cluster that step the session together. */
-  rankCount?: number;
+  rankCount?: Whole;
 }
 
 /** Changes of parameters, as the contract's `Changes` has them; what is absent stays as it is. */
-export type Changes = Omit<Exclude<MessageInitShape<typeof ChangesSchema>, MessageShape<typeof ChangesSchema>>, '$typeName'>;
+export type Changes = Given<MessageShape<typeof ChangesSchema>>;
 
 /** Changes, when they take effect, and when the call answers. */
 export type UpdateOptions = Changes & {
   /** Index of the step before which they take effect; absent: the next. */
-  atStep?: bigint;
+  atStep?: Whole;
   /** Whether to answer only when they take effect. */
   wait?: boolean;
 };
+
+/** How a session plays. */
+export interface PlayOptions {
+  /** Simulated seconds per second of wall clock; 0: as fast as possible. */
+  realTimeFactor?: number | bigint;
+}
+
+/** How a session is paused. */
+export interface PauseOptions {
+  /** Whether to answer only once the session stands; it does unless this is false. */
+  wait?: boolean;
+}
 
 /** How a session steps. */
 export interface StepOptions {
   /** Whether to answer only after the steps; it does unless this is false. */
   wait?: boolean;
   /** Instead of a count: steps until so many are taken in all, so that the call can be repeated. */
-  to?: bigint;
+  to?: Whole;
   /** Changes before the first of the steps. */
   changes?: Changes;
 }
@@ -59,45 +74,71 @@ export interface ForkOptions {
   /** Its id; absent: the server chooses. */
   newSessionId?: string;
   /** Steps since the initial state of the one that is copied after which it ends; 0: never. Absent: as that one. */
-  stepLimit?: bigint;
+  stepLimit?: Whole;
 }
+
+/** What a message is made from, once it was checked. */
+type Init<D extends DescMessage> = Omit<Exclude<MessageInitShape<D>, MessageShape<D>>, '$typeName'>;
 
 /** The fields of every request about a session. */
 export function named(session: SessionRef): { sessionId: string; sessionUid: string } {
   if (typeof session === 'string') return { sessionId: session, sessionUid: '' };
-  return { sessionId: session.sessionId, sessionUid: session.uid };
+  const { sessionId, uid } = (session ?? {}) as { sessionId?: unknown; uid?: unknown };
+  if (typeof sessionId === 'string' && typeof uid === 'string') return { sessionId, sessionUid: uid };
+  throw wrong(session, 'session', 'the id of a session, or a Session, which has its sessionId and its uid');
 }
+
+const CREATE = ['scene', 'sceneText', 'sessionId', 'precision', 'threadCount', 'stepLimit', 'frameIntervalSteps', 'rankCount'];
 
 /** A request for a new session; its id makes a repeated one return the session of the first. */
 export function createRequest(options: CreateOptions): MessageShape<typeof CreateSessionRequestSchema> {
-  const { scene, sceneText, precision, ...rest } = options;
+  const { scene, sceneText, precision, ...rest } = record(options, OPTIONS, CREATE);
   if ((scene === undefined) === (sceneText === undefined)) {
     throw refused('a session has the name of a scene, or its text, and not both: give scene or sceneText', 'scene');
   }
   return create(CreateSessionRequestSchema, {
-    ...rest,
-    scene: scene === undefined ? { case: 'sceneText', value: sceneText ?? '' } : { case: 'sceneName', value: scene },
-    precision: precision === undefined ? Precision.UNSPECIFIED : { f32: Precision.F32, f64: Precision.F64 }[precision],
+    ...(filled(CreateSessionRequestSchema, rest, OPTIONS, CREATE) as Init<typeof CreateSessionRequestSchema>),
+    scene: scene === undefined ? { case: 'sceneText', value: text(sceneText, 'sceneText') } : { case: 'sceneName', value: text(scene, 'scene') },
+    precision: precision === undefined ? Precision.UNSPECIFIED : { f32: Precision.F32, f64: Precision.F64 }[word(precision, 'precision', PRECISIONS)],
     requestId: uuid(),
   });
 }
 
-/** A request for steps. */
-export function stepRequest(session: SessionRef, count: number, options: StepOptions): MessageShape<typeof StepSessionRequestSchema> {
-  if (!Number.isSafeInteger(count) || count < 1) throw refused(`the count of steps is ${count}; allowed: whole numbers from 1`, 'count');
-  const { wait = true, to, changes } = options;
-  const steps = to === undefined ? { stepCount: BigInt(count) } : { toStep: to };
-  return create(StepSessionRequestSchema, { ...named(session), ...steps, wait, ...(changes === undefined ? {} : { changes }) });
+/** A request to play. */
+export function playRequest(session: SessionRef, options: PlayOptions): MessageShape<typeof PlaySessionRequestSchema> {
+  const { realTimeFactor = 0 } = record(options, OPTIONS, ['realTimeFactor']);
+  return create(PlaySessionRequestSchema, { ...named(session), realTimeFactor: real(realTimeFactor, 'realTimeFactor', 0) });
 }
+
+/** A request to pause. */
+export function pauseRequest(session: SessionRef, options: PauseOptions): MessageShape<typeof PauseSessionRequestSchema> {
+  const { wait = true } = record(options, OPTIONS, ['wait']);
+  return create(PauseSessionRequestSchema, { ...named(session), wait: flag(wait, 'wait') });
+}
+
+/** A request for steps. */
+export function stepRequest(session: SessionRef, count: Whole, options: StepOptions): MessageShape<typeof StepSessionRequestSchema> {
+  const stepCount = whole(count, 'count', 1n);
+  const { wait = true, to, changes } = record(options, OPTIONS, ['wait', 'to', 'changes']);
+  const steps = to === undefined ? { stepCount } : { toStep: whole(to, 'to') };
+  const changed = changes === undefined ? {} : { changes: filled(ChangesSchema, changes, 'changes') as Init<typeof ChangesSchema> };
+  return create(StepSessionRequestSchema, { ...named(session), ...steps, ...changed, wait: flag(wait, 'wait') });
+}
+
+const UPDATE = fieldNames(UpdateParametersRequestSchema, ['sessionId', 'sessionUid']);
 
 /** A request for changes of parameters. */
 export function updateRequest(session: SessionRef, options: UpdateOptions): MessageShape<typeof UpdateParametersRequestSchema> {
-  return create(UpdateParametersRequestSchema, { ...options, ...named(session) });
+  const changes = filled(UpdateParametersRequestSchema, options, OPTIONS, UPDATE) as Init<typeof UpdateParametersRequestSchema>;
+  return create(UpdateParametersRequestSchema, { ...changes, ...named(session) });
 }
+
+const FORK = fieldNames(ForkSessionRequestSchema, ['sessionId', 'sessionUid']);
 
 /** A request for a copy. */
 export function forkRequest(session: SessionRef, options: ForkOptions): MessageShape<typeof ForkSessionRequestSchema> {
-  return create(ForkSessionRequestSchema, { ...options, ...named(session) });
+  const fields = filled(ForkSessionRequestSchema, options, OPTIONS, FORK) as Init<typeof ForkSessionRequestSchema>;
+  return create(ForkSessionRequestSchema, { ...fields, ...named(session) });
 }
 
 /** A random UUID. `crypto.randomUUID` is only there on pages that came over TLS or from loopback. */

@@ -2,6 +2,7 @@
 //
 // Enters: how to ask for it. Leaves: what its messages bring. What to ask for the next time is the source's to say.
 
+import type { Whole } from './checks.ts';
 import { Code, NappeError } from './errors.ts';
 import { cancelled, type Answer } from './grpcweb.ts';
 
@@ -13,7 +14,7 @@ const [FIRST_WAIT, LONGEST_WAIT] = [0.1, 5];
 /** What a caller wants to know of a connection. */
 export interface Resuming {
   /** Attempts in a row to ask again for a stream that broke (default 10, 0.1 s to 5 s apart); 0: none. */
-  attempts?: number;
+  attempts?: Whole;
   /** Ends the stream, with an error of code CANCELLED. */
   signal?: AbortSignal;
   /** The connection broke, or did not come back; this attempt is made next, the first being 1. */

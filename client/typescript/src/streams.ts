@@ -5,6 +5,7 @@
 // it began with: one that was given the same id later is refused with SESSION_REPLACED.
 
 import { create } from '@bufbuild/protobuf';
+import { callable, checkSignal, flag, list, OPTIONS, real, record, whole, word, type Whole } from './checks.ts';
 import { broken, refused } from './errors.ts';
 import { fieldNumber, FrameJoiner, type FieldName, type LiveFrame } from './frame.ts';
 import { Encoding, type Diagnostics } from './gen/nappe/v1/frame_pb.ts';
@@ -13,18 +14,19 @@ import {
   type Progress, type SessionEnd, type StateChange,
 } from './gen/nappe/v1/simulation_pb.ts';
 import { decoded, stream, type Answer, type Target } from './grpcweb.ts';
-import { named, type PrecisionName, type SessionRef } from './requests.ts';
+import { named, PRECISIONS, type PrecisionName, type SessionRef } from './requests.ts';
 import { resuming, type Resuming, type Source } from './resume.ts';
 import { sameTopology, TopologyJoiner, type Topology } from './topology.ts';
+import { writable } from './written.ts';
 
 /** How a stream is wanted, and what is told of it besides what it brings. */
 export interface StreamOptions extends Resuming {
   /** Every frame, in order; otherwise the newest whenever the loop is ready. */
   every?: boolean;
   /** The first frame wanted, with `every`; absent: the newest. */
-  from?: bigint;
+  from?: Whole;
   /** Most per second, without `every` (Hz). */
-  rate?: number;
+  rate?: number | bigint;
   /** How the session stands when the stream begins, and then whatever happens to it. */
   onChange?: (change: StateChange) => void;
   /** Nothing came for 5 s; the server is there. */
@@ -45,18 +47,40 @@ export interface FrameOptions extends StreamOptions {
   onTopology?: (topology: Topology) => void;
 }
 
+const CALLBACKS = ['onChange', 'onProgress', 'onEnd', 'onReconnect', 'onReconnected'];
+const STREAM = ['every', 'from', 'rate', 'attempts', 'signal', ...CALLBACKS];
+const FRAMES = [...STREAM, 'fields', 'precision', 'paced', 'onTopology'];
+
+/** Checks the options of a stream, which may have these keys. */
+function check(options: FrameOptions, keys: readonly string[]): void {
+  const given = Object.entries(record(options, OPTIONS, keys)).filter(([, value]) => value !== undefined);
+  for (const [name, value] of given) {
+    if (name === 'every' || name === 'paced') flag(value, name);
+    else if (name === 'from') whole(value, name);
+    else if (name === 'rate') real(value, name, 0);
+    else if (name === 'attempts' && value !== Infinity) whole(value, name);
+    else if (name === 'precision') word(value, name, PRECISIONS);
+    else if (name === 'fields') list(value, name);
+    else if (name === 'signal') checkSignal(value);
+    else if (name === 'onTopology' || CALLBACKS.includes(name)) callable(value, name);
+  }
+}
+
 /** The frames of a session. */
 export function frames(target: Target, session: SessionRef, options: FrameOptions): AsyncIterableIterator<LiveFrame> {
+  check(options, FRAMES);
   return resuming(new Frames(target, session, options), options);
 }
 
 /** The diagnostics of a session, without particles. */
 export function diagnostics(target: Target, session: SessionRef, options: StreamOptions): AsyncIterableIterator<Diagnostics> {
+  check(options, STREAM);
   return resuming(new DiagnosticsSource(target, session, options), options);
 }
 
 /** What a session is made of: the beginning of a stream that is left then. */
 export async function topology(target: Target, session: SessionRef, signal: AbortSignal | undefined): Promise<Topology> {
+  checkSignal(signal);
   let found: Topology | null = null;
   const options: FrameOptions = { onTopology: (whole) => (found = whole), attempts: 0, ...(signal === undefined ? {} : { signal }) };
   const source = new Frames(target, session, options);
@@ -76,6 +100,8 @@ export async function topology(target: Target, session: SessionRef, signal: Abor
 abstract class Watching<T> implements Source<T> {
   readonly #id: string;
   readonly #options: StreamOptions;
+  /** The first frame wanted. */
+  readonly #from: bigint | undefined;
   protected readonly target: Target;
   /** The newest that came. */
   protected change: StateChange | null = null;
@@ -90,7 +116,8 @@ abstract class Watching<T> implements Source<T> {
     this.#id = sessionId;
     this.uid = sessionUid;
     this.#options = options;
-    this.next = options.from;
+    this.#from = options.from === undefined ? undefined : BigInt(options.from);
+    this.next = this.#from;
   }
 
   abstract open(signal: AbortSignal): Promise<Answer>;
@@ -102,29 +129,29 @@ abstract class Watching<T> implements Source<T> {
 
   /** The fields that both requests have. */
   protected wanted(): { sessionId: string; sessionUid: string; delivery: Delivery; maxRateHz: number; fromFrame?: bigint } {
-    const { every = false, rate = 0, from } = this.#options;
-    const fromFrame = every ? this.next : from;
+    const { every = false, rate = 0 } = this.#options;
+    const fromFrame = every ? this.next : this.#from;
     return {
-      sessionId: this.#id, sessionUid: this.uid, delivery: every ? Delivery.EVERY : Delivery.LATEST, maxRateHz: rate,
+      sessionId: this.#id, sessionUid: this.uid, delivery: every ? Delivery.EVERY : Delivery.LATEST, maxRateHz: Number(rate),
       ...(fromFrame === undefined ? {} : { fromFrame }),
     };
   }
 
   protected changed(change: StateChange): null {
-    this.change = change;
+    this.change = writable(change);
     this.uid = change.sessionUid;
     this.#options.onChange?.(change);
     return null;
   }
 
   protected progressed(progress: Progress): null {
-    this.#options.onProgress?.(progress);
+    this.#options.onProgress?.(writable(progress));
     return null;
   }
 
   protected ended(end: SessionEnd): null {
     this.isOver = true;
-    this.#options.onEnd?.(end);
+    this.#options.onEnd?.(writable(end));
     return null;
   }
 }
@@ -140,7 +167,7 @@ class Frames extends Watching<LiveFrame> {
     super(target, session, options);
     const { fields = [] } = options;
     const unknown = fields.find((name) => fieldNumber(name) === undefined);
-    if (unknown !== undefined) throw refused(`no array of a frame is called '${unknown}': there are velocities, plastic_ratio and stress`, 'fields');
+    if (unknown !== undefined) throw refused(`no array of a frame is called '${String(unknown)}': there are velocities, plastic_ratio and stress`, 'fields');
     this.#options = options;
     this.#joiner = new FrameJoiner(fields);
   }
@@ -195,7 +222,7 @@ class DiagnosticsSource extends Watching<Diagnostics> {
     switch (event.case) {
       case 'diagnostics':
         this.next = event.value.frame + 1n;
-        return event.value;
+        return writable(event.value);
       case 'change':
         return this.changed(event.value);
       case 'progress':

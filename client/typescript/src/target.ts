@@ -2,6 +2,7 @@
 //
 // Enters: what a user or a page gives. Leaves: a target of calls, or an error that names what is wrong.
 
+import { callable, OPTIONS, real, record, text } from './checks.ts';
 import { refused } from './errors.ts';
 import type { Target } from './grpcweb.ts';
 
@@ -12,19 +13,22 @@ export interface ConnectOptions {
   /** What sends requests in place of the global `fetch`. */
   fetch?: typeof fetch;
   /** Seconds without a byte after which a stream counts as broken (default 30). A server says something every 5 s. */
-  silenceSeconds?: number;
+  silenceSeconds?: number | bigint;
 }
 
 /** Reads `HOST:PORT`, `http://...`, or an address relative to the page, such as `.`. */
 export function readTarget(url: string, options: ConnectOptions): Target {
-  const { token = null, fetch: sends = globalThis.fetch, silenceSeconds = 30 } = options;
-  if (!(silenceSeconds > 0)) throw refused(`silenceSeconds is ${silenceSeconds}; allowed: numbers above 0`, 'silenceSeconds');
-  return { address: readAddress(url), token: readToken(token), fetch: sends, silenceSeconds };
+  record(options, OPTIONS, ['token', 'fetch', 'silenceSeconds']);
+  const { token = null, fetch: sends = globalThis.fetch } = options;
+  const silenceSeconds = real(options.silenceSeconds ?? 30, 'silenceSeconds');
+  if (silenceSeconds <= 0) throw refused(`silenceSeconds is ${silenceSeconds}; allowed: numbers above 0`, 'silenceSeconds');
+  callable(sends, 'fetch');
+  return { address: readAddress(text(url, 'url')), token: readToken(token), fetch: sends, silenceSeconds };
 }
 
 /** Checks a token: bytes that no header takes are no broken connection. */
 export function readToken(token: string | null): string | null {
-  if (token === null || /^[!-~]{16,512}$/.test(token)) return token;
+  if (token === null || (typeof token === 'string' && /^[!-~]{16,512}$/.test(token))) return token;
   throw refused('the token is none: 16 to 512 printable characters of ASCII and no blanks', 'token');
 }
 

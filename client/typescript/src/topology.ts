@@ -6,6 +6,7 @@
 import { concatenated } from './bytes.ts';
 import { colliderArrays, joinedColliders, keepArrays, wrongCollider } from './colliders.ts';
 import { broken } from './errors.ts';
+import { plain, writable } from './written.ts';
 import type { BodyTopology, Chunk, ColliderShape, Topology as Wire } from './gen/nappe/v1/frame_pb.ts';
 
 /** Most particles of a frame that are held. */
@@ -105,7 +106,7 @@ function read(pieces: Wire[]): Topology {
   const colliders = joinedColliders(pieces.flatMap((piece) => piece.colliders));
   const wrong = wrongCollider(colliders);
   if (wrong !== null) throw broken(`topology: collider '${wrong.name}': ${wrong.what}`);
-  return { id: topologyId, particleCount, sessionUid, bodies, colliders };
+  return writable({ id: topologyId, particleCount, sessionUid, bodies, colliders });
 }
 
 /** Parts of a body stand under the same first particle, one after the other. */
@@ -150,7 +151,7 @@ function readBody(parts: BodyTopology[], expected: number, particles: number): B
 
 /** Whether two topologies say the same. */
 export function sameTopology(a: Topology, b: Topology): boolean {
-  const text = (topology: Topology): string => JSON.stringify(topology, (_, value: unknown) => (ArrayBuffer.isView(value) ? value.byteLength : value));
+  const text = (topology: Topology): string => JSON.stringify(plain(topology));
   const arrays = ({ bodies, colliders }: Topology): Numbers[] =>
     [...bodies.flatMap(({ triangles, springs, pins, uv }) => [triangles, springs, pins, uv]), ...colliders.flatMap(colliderArrays)];
   const others = arrays(b);

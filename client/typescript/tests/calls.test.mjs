@@ -6,7 +6,7 @@ import { after, before, test } from 'node:test';
 import { load } from './bundle.mjs';
 import { eventually, serve } from './server.mjs';
 
-const { ChangeKind, Code, connect, NappeError, SessionState } = await load('src/index.ts');
+const { ChangeKind, Code, connect, forcesOf, NappeError, SessionState } = await load('src/index.ts');
 
 let server;
 let client;
@@ -70,6 +70,79 @@ test('parameters change, all or none, and a copy has them', async () => {
   assert.equal(one.stateHash, other.stateHash);
   assert.equal(other.state, SessionState.FINISHED);
   await Promise.all([client.delete(made), client.delete(copy)]);
+});
+
+test('numbers are bigints or numbers alike', async () => {
+  const made = await client.create({ scene: 'flag', stepLimit: 10, threadCount: 1n, frameIntervalSteps: 1n });
+  assert.deepEqual([made.stepLimit, made.threadCount, made.frameIntervalSteps], [10n, 1, 1]);
+  assert.equal((await client.step(made, 2n)).step, 2n);
+  assert.equal((await client.step(made, 1n, { to: 4 })).step, 4n);
+  assert.equal((await client.update(made, { drag: 1n, atStep: 6 })).effectiveStep, 6n);
+  assert.equal((await client.update(made, { drag: 0.5, atStep: 7n })).effectiveStep, 7n);
+  const copy = await client.fork(made, { stepLimit: 8 });
+  assert.equal(copy.stepLimit, 8n);
+  await client.step(made, 6);
+  const numbers = [];
+  for await (const { frame } of client.frames(made, { every: true, from: 3, attempts: 0n })) numbers.push(frame);
+  assert.deepEqual(numbers, [3n, 4n, 5n, 6n, 7n, 8n, 9n, 10n]);
+  await Promise.all([client.delete(made), client.delete(copy)]);
+});
+
+test('what the server tells is written as JSON, whole numbers as texts and arrays by their lengths', async () => {
+  const written = (value) => JSON.parse(JSON.stringify(value));
+  const made = await client.create({ scene: 'flag', stepLimit: 10n });
+  const { sessionId, step, stepLimit, particleCount, parameters, warnings, state, createTime } = written(made);
+  assert.deepEqual([sessionId, step, stepLimit, state, warnings], [made.sessionId, '0', '10', SessionState.PAUSED, []]);
+  assert.equal(particleCount, String(made.particleCount));
+  assert.deepEqual(parameters.gravity, { x: made.parameters.gravity.x, y: made.parameters.gravity.y, z: made.parameters.gravity.z });
+  assert.equal(createTime.seconds, String(made.createTime.seconds));
+  assert.equal(written(await client.get(made)).stateHash, String(made.stateHash));
+  assert.ok(written(await client.list()).some(({ uid }) => uid === made.uid));
+  assert.equal(written(await client.info()).limits.maxParticles, String((await client.info()).limits.maxParticles));
+  assert.deepEqual(written(await client.update(made, { drag: 1 })), { effectiveStep: '0', order: '1' });
+
+  const seen = [];
+  await client.step(made, 10);
+  for await (const frame of client.frames(made, { every: true, fields: ['velocities'], onChange: (change) => seen.push(change), onEnd: (end) => seen.push(end) })) {
+    const told = written(frame);
+    assert.deepEqual([told.frame, told.step, told.time, told.positions], [String(frame.frame), String(frame.step), frame.time, frame.positions.length]);
+    assert.deepEqual([told.fields, told.stateHash], [{ velocities: frame.fields.velocities.length }, frame.stateHash === null ? null : String(frame.stateHash)]);
+    assert.equal(told.topology.bodies[0].triangles, frame.topology.bodies[0].triangles.length);
+    assert.equal(told.session.sessionUid, made.uid);
+    assert.equal(told.diagnostics?.frame, frame.diagnostics === null ? undefined : String(frame.frame));
+    for (const part of [frame.topology, frame.session, frame.diagnostics]) assert.ok(JSON.stringify(part).length > 1);
+  }
+  assert.ok(seen.length >= 2 && written(seen).at(-1).step === '10');
+  for await (const row of client.diagnostics(made, { every: true })) assert.equal(written(row).frame, String(row.frame));
+  assert.ok(written(await client.topology(made)).bodies[0].springs >= 0);
+  await client.delete(made);
+});
+
+test('forces that calls have set are read back', async () => {
+  const made = await client.create({ scene: 'flag', stepLimit: 0n });
+  const [{ name, particleCount, pins }] = (await client.topology(made)).bodies;
+  assert.deepEqual(forcesOf(made.parameters), []);
+  const told = async (forces) => forcesOf((await client.step(made, 1, { changes: { forces } })).parameters);
+  assert.deepEqual(await told([{ body: name, force: { x: 0, y: 1e-3 } }]), [{ body: name, particles: null, forces: Float64Array.of(0, 1e-3, 0) }]);
+
+  const some = [0, 1, 2].map((i) => particleCount - 1 - i).filter((particle) => !pins.includes(particle));
+  const each = Float64Array.from({ length: 3 * some.length }, (_, i) => 1e-4 * (i + 1));
+  const off = { body: name, force: {} };
+  const [one] = await told([off, { body: name, particlesU32: Uint32Array.from(some), forcesF64: each }]);
+  const byParticle = ({ particles, forces }) => new Map(Array.from(particles, (particle, i) => [particle, [...forces.subarray(3 * i, 3 * i + 3)]]));
+  assert.deepEqual(byParticle(one), new Map([...byParticle({ particles: some, forces: each })].sort(([a], [b]) => a - b)));
+  assert.deepEqual(forcesOf((await client.get(made)).parameters), [one]);
+  const listed = (await client.list()).find(({ uid }) => uid === made.uid);
+  assert.deepEqual(forcesOf(listed.parameters), [{ body: name, particles: null, forces: null }]);
+
+  // What was read can be sent as it is.
+  const { parameters } = await client.get(made);
+  assert.deepEqual(await told([off]), []);
+  assert.deepEqual(await told(parameters.forces), [one]);
+  assert.deepEqual(await told([off, { body: name, particlesU32: Uint32Array.from(some), force: { z: 2e-3 } }]), [
+    { body: name, particles: Uint32Array.from(some).sort(), forces: Float64Array.from({ length: 3 * some.length }, (_, i) => (i % 3 === 2 ? 2e-3 : 0)) },
+  ]);
+  await client.delete(made);
 });
 
 test('a list of more than a page is whole', async () => {

@@ -48,7 +48,7 @@ test('what a session refuses', async () => {
   says(await met(client.create({ scene: 'flag', sessionId: 'A' })), 'INVALID_FIELD', 'field');
   says(await met(client.step(made, 1001)), 'INVALID_FIELD', 'field', 'value', 'allowed');
   says(await met(client.update(made, { pins: [{ particle: 1_000_000, target: {}, durationSeconds: 1 }] })), 'INVALID_CHANGE', 'particle');
-  says(await met(client.update(made, { drag: Number.NaN })), 'INVALID_FIELD', 'field', 'value');
+  says(await met(client.update(made, { springs: [{ kind: 1, stiffness: -1 }] })), 'INVALID_CHANGE');
 
   const watching = client.frames(made);
   await watching.next();

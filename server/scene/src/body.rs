@@ -190,6 +190,14 @@ impl Mesh {
     pub fn upload(id: impl Into<String>) -> Self {
         Self::Upload { upload: id.into(), repair: MeshRepair::default() }
     }
+
+    /// What is put in order in it; nothing in one by formula.
+    pub(crate) fn repair(&self) -> MeshRepair {
+        match self {
+            Self::Upload { repair, .. } | Self::File { repair, .. } => *repair,
+            Self::Grid { .. } | Self::Chain { .. } | Self::CourseGrid { .. } => MeshRepair::default(),
+        }
+    }
 }
 
 /// What is put in order in a mesh from outside before it is used; default: nothing.

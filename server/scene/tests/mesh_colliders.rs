@@ -156,6 +156,49 @@ fn what_is_there_twice_counts_once_and_what_is_inside_out_is_turned_round() {
     );
 }
 
+/// The triangles of a mesh, each with points of its own, which are off by some nanometres.
+fn in_pieces(mesh: &TriangleMesh) -> TriangleMesh {
+    let mut apart = TriangleMesh::default();
+    for (piece, corners) in (0_u32..).zip(&mesh.triangles) {
+        apart.triangles.push([0, 1, 2].map(|corner| 3 * piece + corner));
+        apart.points.extend(corners.map(|corner| {
+            let [x, y, z] = mesh.points[corner as usize];
+            [x + 1e-9 * f64::from(piece), y, z]
+        }));
+    }
+    apart
+}
+
+#[test]
+fn pieces_that_touch_without_sharing_points_are_one_solid_once_they_are_welded() {
+    let apart = in_pieces(&tetrahedron());
+    let (kind, told) = error(&apart, "upload = \"m\"");
+    assert!(kind == ErrorKind::BadMesh && told.contains("is not closed"), "{told}");
+
+    let keys = "upload = \"m\", weld = 1e-6, transform = { scale = 2, translate = [0, 0, 5] }";
+    let welded = built(&apart, keys);
+    let (surface, told) = solid(&welded);
+    assert_eq!(told, ["collider 'c': weld = 1e-6 joins 8 points to earlier ones, 4 are left"]);
+    assert_eq!((surface.points().len(), surface.triangles().len()), (4, 4));
+    assert!((welded.collider_solids[0].volume - 8.0 / 6.0).abs() < 1e-7);
+    assert!((six_volumes(surface) - 8.0).abs() < 1e-6);
+    let scene = parse(&with(keys));
+    assert_eq!(parse(&scene.to_toml()), scene, "{}", scene.to_toml());
+    // A file is welded as an upload is.
+    let file = built(&apart, &keys.replace("upload = \"m\"", "file = \"m.obj\""));
+    assert_eq!(file.setup.colliders, welded.setup.colliders);
+
+    let whole = built(&tetrahedron(), "upload = \"m\", weld = 1e-6");
+    assert_eq!(
+        solid(&whole).1,
+        ["collider 'c': weld = 1e-6 joins no points: no two are that near to each other"]
+    );
+    let (kind, told) = error(&tetrahedron(), "upload = \"m\", weld = 0.5");
+    let wanted =
+        "scene.toml:9:31: collider[0].mesh.weld: points cannot be joined over 0.5 m; allowed for this mesh: ";
+    assert!(kind == ErrorKind::OutOfRange && told.starts_with(wanted), "{told}");
+}
+
 #[test]
 fn holes_of_at_most_64_edges_are_filled_where_that_is_asked_for() {
     let mesh = open_prism(64);
@@ -270,9 +313,9 @@ fn a_mesh_that_is_not_there_and_keys_that_do_not_fit_are_named() {
             "scene.toml:9:8: collider[0].mesh: has file and upload of file, upload: exactly one is needed",
         ),
         (
-            "upload = \"m\", weld = 1",
-            "scene.toml:9:24: collider[0].mesh.weld: collider.mesh has no key 'weld'; allowed: file, upload, transform, \
-             close_holes",
+            "upload = \"m\", unused = \"drop\"",
+            "scene.toml:9:24: collider[0].mesh.unused: collider.mesh has no key 'unused'; allowed: file, upload, weld, \
+             transform, close_holes",
         ),
         (
             "upload = \"m\", close_holes = 1",

@@ -1,4 +1,4 @@
-//! STL files as text and binary, files that gzip has packed, and endings that are not read.
+//! STL files, files that gzip has packed, pointers in place of files, and endings that are not read.
 
 use std::{collections::BTreeSet, env, fmt::Write as _, fs, io::Write as _, path::PathBuf, process};
 
@@ -77,8 +77,9 @@ fn a_closed_solid_of_facets_is_a_closed_mesh() {
     let texts = [text(&facets), text(&facets).replace('\n', "\r\n"), text(&facets).to_uppercase()];
     let marked = format!("\u{feff}\n{}", text(&facets));
     let named = [text(&facets).replace("solid cube", "solid"), marked];
+    let parted = ["end ", "END_", "end-"].map(|end| text(&facets).replace("end", end));
     let files = [binary(b"made by hand", &facets), binary(b"solid cube", &facets)];
-    let all = texts.into_iter().chain(named).map(String::into_bytes).chain(files);
+    let all = texts.into_iter().chain(named).chain(parted).map(String::into_bytes).chain(files);
     for bytes in all {
         let Loaded { mesh, warnings } = read_stl(&bytes, "a.stl").expect("a cube");
         assert_eq!((mesh.points.len(), mesh.triangles.len(), warnings.len()), (8, 12, 0));
@@ -134,6 +135,7 @@ fn what_is_wrong_with_an_stl_is_told_with_its_place() {
             text.replace("endloop", "vertex 0 0 0"),
             "a.stl:7: says 'vertex 0 0 0'; allowed here: a line 'endloop'",
         ),
+        (text.replace("endloop", "end facet"), "a.stl:7: says 'end facet'; allowed here: a line 'endloop'"),
         (text.replace("-1e0", "nan"), "a.stl:4: a vertex is 'nan'; allowed: a finite number"),
         (text.replace("endsolid", ""), "a.stl: ends before a line 'endsolid': the file may be cut"),
         ("solid\nendsolid\n".to_owned(), "a.stl: holds no triangles"),
@@ -221,6 +223,29 @@ fn a_file_of_every_format_is_read_as_gzip_has_packed_it() {
             assert!(error.contains("is packed by gzip") && error.contains("gunzip"), "{error}");
         }
     }
+}
+
+#[test]
+fn a_pointer_of_a_large_file_store_is_refused_in_every_format() {
+    let folder = Folder::new("pointers-to-meshes");
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935\nsize 12345\n";
+    for ending in ["obj", "off", "ply", "stl", "stl.gz"] {
+        let path = folder.write(&format!("a.{ending}"), pointer.as_bytes());
+        let error = load_mesh(&path, &ReadOptions::default()).expect_err(ending);
+        let told = error.to_string();
+        assert_eq!(error.kind, ErrorKind::Unsupported, "{told}");
+        assert!(told.contains("is a pointer of a large-file store (Git LFS)"), "{told}");
+        assert!(told.contains("`git lfs pull`"), "{told}");
+    }
+    // Of a set each file may be one, also where a server reads it.
+    folder.write("points.eti", b"1\n0 0 0\n");
+    folder.write("faceset.eti", pointer.as_bytes());
+    let error = load_mesh(&folder.0, &ReadOptions::default()).expect_err("a part is missing").to_string();
+    assert!(error.contains("faceset.eti: is a pointer of a large-file store"), "{error}");
+    let set =
+        MeshFile::Eti { points: pointer.as_bytes(), others: [None; 3], options: ReadOptions::default().eti };
+    let error = set.read("cow").expect_err("a pointer").to_string();
+    assert!(error.starts_with("cow/points.eti: is a pointer of a large-file store"), "{error}");
 }
 
 #[test]

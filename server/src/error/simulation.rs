@@ -78,18 +78,14 @@ impl From<&ChangeError> for ServiceError {
                 counted(refused, body, [*found, *needed]).at_field(format!("states.{what}_f64"), message)
             }
             ChangeError::StateTwice { body, .. } => refused.with("body", body).at_field("states", message),
-            ChangeError::StateRange { body, what, particle, value, allowed } => refused
-                .with("body", body)
-                .with("particle", particle)
-                .with("value", value)
-                .with("allowed", range(*allowed))
-                .at_field(format!("states.{what}_f64"), message),
-            ChangeError::BeyondGrid { body, particle, value, reach } => refused
-                .with("body", body)
-                .with("particle", particle)
-                .with("value", value)
-                .with("allowed", range([-reach, *reach]))
-                .at_field("states.positions_f64", message),
+            ChangeError::StateRange { body, what, particle, value, allowed } => {
+                of_particle(refused, (body, *particle), *value, *allowed)
+                    .at_field(format!("states.{what}_f64"), message)
+            }
+            ChangeError::BeyondGrid { body, particle, value, reach } => {
+                of_particle(refused, (body, *particle), *value, [-reach, *reach])
+                    .at_field("states.positions_f64", message)
+            }
             ChangeError::NotApart { bodies, particles, .. } => {
                 of_meeting(refused, bodies, *particles, message)
             }
@@ -125,6 +121,16 @@ impl From<&ChangeError> for ServiceError {
             ChangeError::Collider(error) => of_move(refused, error, message),
         }
     }
+}
+
+/// A value of a particle, and what is allowed.
+fn of_particle(
+    refused: ServiceError,
+    (body, particle): (&str, usize),
+    value: f64,
+    allowed: [f64; 2],
+) -> ServiceError {
+    refused.with("body", body).with("particle", particle).with("value", value).with("allowed", range(allowed))
 }
 
 /// How many values a change has for a body, and how many it needs.

@@ -136,6 +136,17 @@ pub(super) fn force_message(
     v1::ForceUpdate { body: body.to_owned(), particles_u32, force, forces_f64: each }
 }
 
+/// A session as it stands among others: the bodies that forces act on are named, and the particles are left out.
+pub(super) fn without_lists(mut session: v1::Session) -> v1::Session {
+    for told in session.parameters.iter_mut().flat_map(|parameters| &mut parameters.forces) {
+        let v1::ForceUpdate { particles_u32, force, forces_f64, .. } = told;
+        if !particles_u32.is_empty() {
+            (*particles_u32, *force, *forces_f64) = (Bytes::new(), None, Bytes::new());
+        }
+    }
+    session
+}
+
 /// The same of a state.
 pub(super) fn state_message(
     body: &str,

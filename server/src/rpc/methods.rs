@@ -11,7 +11,7 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::{
     changes::{self, changes},
-    create, pending,
+    create, lists, pending,
     server_info::server_info,
     shared::Shared,
     upload, validate,
@@ -176,7 +176,7 @@ impl SimulationService for Methods {
         let last = page.last().filter(|_| more);
         Ok(Response::new(v1::ListSessionsResponse {
             next_page_token: last.map_or_else(String::new, |session| session.id().to_owned()),
-            sessions: page.iter().map(|session| session.describe()).collect(),
+            sessions: page.iter().map(|session| lists::without_lists(session.describe())).collect(),
         }))
     }
 

@@ -4,20 +4,37 @@ use nappe_proto::v1;
 use nappe_sim::{
     cloth::{Air, SpringKind},
     collide::Pose,
-    world::{ClothParameters, SpringRange, WorldParameters},
+    world::{CalledForces, ClothParameters, Forces, Simulation, SpringRange, WorldParameters},
 };
+use prost::bytes::Bytes;
 
 use crate::stream::pose;
 
+/// Particles whose forces are told, of all bodies together, at most: about 112 KiB.
+const MOST_LISTED: usize = 4096;
+
 /// The message of parameters as they are.
-pub(super) fn parameters(now: WorldParameters) -> v1::Parameters {
-    let WorldParameters { gravity, wind, cloths, colliders } = now;
+pub(super) fn parameters(simulation: &Simulation) -> v1::Parameters {
+    let WorldParameters { gravity, wind, cloths, colliders } = simulation.parameters();
     v1::Parameters {
         gravity: Some(gravity.into()),
         wind: Some(wind.into()),
         cloths: cloths.into_iter().map(cloth).collect(),
         collider_poses: colliders.into_iter().map(|(name, now)| pose(name, now)).collect(),
+        forces: simulation.called_forces(MOST_LISTED).into_iter().map(forces).collect(),
     }
+}
+
+fn forces(CalledForces { body, particles, forces }: CalledForces) -> v1::ForceUpdate {
+    let (force, forces_f64) = match forces {
+        None => (None, Bytes::new()),
+        Some(Forces::One(force)) => (Some(force.into()), Bytes::new()),
+        Some(Forces::Each(each)) => {
+            (None, each.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect())
+        }
+    };
+    let particles_u32 = particles.iter().flat_map(|particle| particle.to_le_bytes()).collect();
+    v1::ForceUpdate { body, particles_u32, force, forces_f64 }
 }
 
 /// Tells where the colliders are now, in the order that they have been told in.

@@ -83,7 +83,7 @@ impl SavedFrame {
                            since calls had changed them, and no frame holds them";
             return Err(ServiceError::field("begin.carried.missing", problem));
         }
-        simulation.begin(&self.at).map_err(refused)?;
+        simulation.begin(&self.at).map_err(|error| refused(&error))?;
         Ok(self.warnings())
     }
 
@@ -110,8 +110,8 @@ fn lacks(missing: Missing) -> &'static str {
     }
 }
 
-fn refused(error: BeginError) -> ServiceError {
-    let field = match &error {
+fn refused(error: &BeginError) -> ServiceError {
+    let field = match error {
         BeginError::Snow { .. } => "begin",
         BeginError::Count { .. } | BeginError::Change(_) => "begin.upload_id",
         BeginError::Carried(CarriedError::Numbers) => "begin.carried.numbers",

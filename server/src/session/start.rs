@@ -263,7 +263,7 @@ fn stand(
         state_hash: Some(state_hash),
         diagnostics,
         stepping_seconds: 0.0,
-        parameters: parameters(simulation.parameters()),
+        parameters: parameters(&simulation),
         failure: None,
         ranks: None,
     };

@@ -116,7 +116,7 @@ impl Stepper {
         self.simulator.behind = Behind::Nothing;
         let frame = self.newest_frame() + 1;
         let simulation = &self.simulator.simulation;
-        let now = parameters(simulation.parameters());
+        let now = parameters(simulation);
         let diagnostics = self.simulator.pool.install(|| initial_diagnostics(simulation));
         self.status().update(|progress| {
             progress.parameters = now;
@@ -157,7 +157,7 @@ impl Stepper {
                 self.simulator.is_torn |= self.simulator.ranks.is_some();
                 return self.fail(error, index, None, None);
             }
-            let now = parameters(self.simulator.simulation.parameters());
+            let now = parameters(&self.simulator.simulation);
             self.status().update(|progress| progress.parameters = now);
         }
         if !due.is_empty() {

@@ -73,30 +73,27 @@ pub(crate) async fn compute(
     // First, so that a path that cannot be written is known before hours are computed.
     args.fields.check(args.save.as_deref().or(args.resume.as_deref()))?;
     let shown = if args.quiet { Shown::Nothing } else { Shown::Progress };
-    let (run, destination) = match &args.resume {
-        Some(folder) => {
-            let resumed = Resumed::find(folder, scene)?;
-            let step_limit = args.overrides.step_limit().or_else(|| scene.steps()).unwrap_or(0);
-            if resumed.has_ended(step_limit) {
-                return tell_end(folder, resumed.reached.step, format);
+    let (run, destination) = if let Some(folder) = &args.resume {
+        let resumed = Resumed::find(folder, scene)?;
+        let step_limit = args.overrides.step_limit().or_else(|| scene.steps()).unwrap_or(0);
+        if resumed.has_ended(step_limit) {
+            return tell_end(folder, resumed.reached.step, format);
+        }
+        let Resumed { frame, reached } = resumed;
+        let fields = args.fields.as_saved(&frame.notes.properties);
+        let overrides = args.overrides.or_in(frame.notes.precision);
+        let run = Run { scene, overrides, shown, start: Some(frame) };
+        (run, Some(Destination::going_on(folder, &fields, reached)))
+    } else {
+        let destination = match &args.save {
+            Some(path) => {
+                let existing = args.force.existing();
+                Some(Destination::open(path, existing, &args.fields, Some(scene)).await?)
             }
-            let Resumed { frame, reached } = resumed;
-            let fields = args.fields.as_saved(&frame.notes.properties);
-            let overrides = args.overrides.or_in(frame.notes.precision);
-            let run = Run { scene, overrides, shown, start: Some(frame) };
-            (run, Some(Destination::going_on(folder, &fields, reached)))
-        }
-        None => {
-            let destination = match &args.save {
-                Some(path) => {
-                    let existing = args.force.existing();
-                    Some(Destination::open(path, existing, &args.fields, Some(scene)).await?)
-                }
-                None => None,
-            };
-            let start = args.start.as_deref().map(SavedFrame::read).transpose()?;
-            (Run { scene, overrides: args.overrides.clone(), shown, start }, destination)
-        }
+            None => None,
+        };
+        let start = args.start.as_deref().map(SavedFrame::read).transpose()?;
+        (Run { scene, overrides: args.overrides.clone(), shown, start }, destination)
     };
     let folder = destination.as_ref().and_then(Destination::resumable).map(Path::to_owned);
 

@@ -16,6 +16,7 @@ from nappe._arrays import BodyArrays
 from nappe._colliders import Collider
 from nappe._errors import (
     REASONS,
+    Closed,
     Diverged,
     Error,
     Expired,
@@ -73,6 +74,7 @@ __all__ = [
     "Changes",
     "ClothParameters",
     "ClothSteps",
+    "Closed",
     "Collider",
     "ColliderLoad",
     "ColliderPose",

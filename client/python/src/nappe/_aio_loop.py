@@ -1,4 +1,7 @@
-"""The event loop that a connection of asyncio belongs to: connections of gRPC cannot change theirs."""
+"""The event loop that a connection of asyncio belongs to, and whether a task in it was cancelled.
+
+Connections of gRPC cannot change their loop.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,15 @@ import asyncio
 from nappe._errors import Error
 
 _REMEDY = "Connect within the function that asyncio.run() is given, and make all calls within it."
+
+
+def is_cancelled() -> bool:
+    """Whether somebody has cancelled the task that runs, where a call may have been cancelled in its place.
+
+    Python 3.10 cannot tell: there, nobody has.
+    """
+    requests = getattr(asyncio.current_task(), "cancelling", None)
+    return bool(requests is not None and requests() > 0)
 
 
 class OwnLoop:

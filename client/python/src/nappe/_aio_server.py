@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import weakref
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
@@ -15,7 +16,7 @@ from numpy.typing import ArrayLike
 from nappe import _requests as requests
 from nappe import _targets as targets
 from nappe import _uploads as uploads
-from nappe._aio_loop import OwnLoop
+from nappe._aio_loop import OwnLoop, is_cancelled
 from nappe._aio_opening import Opening
 from nappe._aio_session import Session
 from nappe._contract import METHODS, Message
@@ -73,6 +74,9 @@ class Server:
         self._channels: dict[bool, Any] = {}
         self._methods: dict[tuple[bool, str], Any] = {}
         self._limits: dict[str, int] = {}
+        self._is_shut = asyncio.Event()
+        # Calls and streams that may wait for the server.
+        self._waiting: weakref.WeakSet[Any] = weakref.WeakSet()
 
     @property
     def address(self) -> str:
@@ -150,8 +154,13 @@ class Server:
         if os.getpid() != self._pid:
             return
         channels, self._channels, self._methods = list(self._channels.values()), {}, {}
-        for channel in channels if self._loop.is_running else ():
-            await channel.close()
+        if self._loop.is_running:
+            self._is_shut.set()
+            # Which of them a channel would end differs from version to version of gRPC.
+            for call in list(self._waiting):
+                call.cancel()
+            for channel in channels:
+                await channel.close()
         if self.process is not None:
             await asyncio.to_thread(self.process.end)
 
@@ -189,15 +198,33 @@ class Server:
         return await self._once(name, message, limit)
 
     async def _once(self, name: str, message: Any, limit: float | None) -> Any:
-        method = self._method(name, False)
+        call = self._method(name, False)(message(), timeout=limit, metadata=self._target.metadata)
+        self._waiting.add(call)
         try:
-            return await method(message(), timeout=limit, metadata=self._target.metadata)
+            return await call
         except grpc.RpcError as status:
+            self._check_usable()
             raise from_call(status, self.address, name, limit) from None
+        except asyncio.CancelledError:
+            if not is_cancelled():
+                self._check_usable()
+            raise
+        finally:
+            self._waiting.discard(call)
+
+    async def _rest(self, seconds: float) -> None:
+        """Waits, but no longer than until the connection is closed."""
+        closing = asyncio.ensure_future(self._is_shut.wait())
+        try:
+            await asyncio.wait({closing}, timeout=seconds)
+        finally:
+            closing.cancel()
 
     def _stream(self, name: str, message: Message, every: bool) -> Any:
         """A stream, on the connection of its kind."""
-        return self._method(name, every)(message, metadata=self._target.metadata)
+        call = self._method(name, every)(message, metadata=self._target.metadata)
+        self._waiting.add(call)
+        return call
 
     def _find_token_again(self) -> bool:
         return self._target.find_again()

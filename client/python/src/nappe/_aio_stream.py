@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import suppress
 from types import TracebackType
 from typing import Any, Generic, NoReturn, TypeVar
 
@@ -13,6 +12,7 @@ import grpc.aio
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._aio_loop import is_cancelled
 from nappe._calls import AwaitedServer
 from nappe._diagnostics import diagnostics_array, diagnostics_table
 from nappe._errors import Error, Unauthenticated, from_call
@@ -49,10 +49,17 @@ class Stream(Generic[T]):
         return self._reader.end
 
     async def opened(self) -> None:
-        if not self._begun:
-            with suppress(grpc.RpcError):  # the first read meets it again
-                self._first = await self._call.read()
-                self._begun = True
+        if self._begun or self._closed:
+            return
+        self._server._check_usable()
+        try:
+            self._first = await self._call.read()
+            self._begun = True
+        except grpc.RpcError:
+            pass  # the first read meets it again
+        except asyncio.CancelledError:
+            if not self._is_cut():
+                raise
 
     def close(self) -> None:
         self._closed = True
@@ -69,7 +76,7 @@ class Stream(Generic[T]):
 
     async def __anext__(self) -> T:
         """What comes next. Raises an error where the stream broke for good."""
-        if not self._closed:
+        if not self._closed and self._reader.end is None:
             self._server._check_usable()
         if self._is_reading:
             raise Error("two tasks read from one stream; give each its own", remedy="Ask for a stream per task.")
@@ -95,7 +102,7 @@ class Stream(Generic[T]):
                 await self._broken(from_call(status, self._server.address, self._reader.method, None))
                 continue
             except asyncio.CancelledError:
-                if self._closed:  # by `close()` in another task, not a cancelled task
+                if self._is_cut():
                     break
                 raise
             item = self._reader.take(message)
@@ -107,9 +114,19 @@ class Stream(Generic[T]):
         """Waits and asks again, if that can help."""
         if self._closed:
             return
+        self._server._check_usable()
         if not (isinstance(error, Unauthenticated) and self._server._find_token_again()):
-            await asyncio.sleep(self._reader.failed(error, time.monotonic()))
-        self._open()
+            await self._server._rest(self._reader.failed(error, time.monotonic()))
+        if not self._closed:
+            self._open()
+
+    def _is_cut(self) -> bool:
+        """Whether `close()` in another task ended a read. Raises `Closed` where the whole connection was closed."""
+        if is_cancelled():
+            return False
+        if not self._closed:
+            self._server._check_usable()
+        return self._closed
 
     def _open(self) -> None:
         self._call = self._server._stream(self._reader.method, self._reader.request(), self._reader.every)

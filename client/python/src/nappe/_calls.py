@@ -30,6 +30,10 @@ class StreamServer(Protocol):
         """Looks for the token again, and says whether it is another one."""
         ...
 
+    def _check_usable(self) -> None:
+        """Refuses a connection that is closed, or of another process or event loop."""
+        ...
+
 
 class CallServer(StreamServer, Protocol):
     """A server as its sessions use it, with calls that wait for their answers."""
@@ -46,8 +50,8 @@ class CallServer(StreamServer, Protocol):
 class AwaitedServer(StreamServer, Protocol):
     """A server as its sessions and streams use it, with calls that are awaited."""
 
-    def _check_usable(self) -> None:
-        """Refuses a connection that is closed, or of another process or event loop."""
+    async def _rest(self, seconds: float) -> None:
+        """Waits, but no longer than until the connection is closed."""
         ...
 
     async def _call(self, call: Call[T]) -> T:

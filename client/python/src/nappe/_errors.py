@@ -170,6 +170,10 @@ class Unauthenticated(Error):
     """The server asks for a token, and was shown none or a wrong one."""
 
 
+class Closed(Error):
+    """This program closed the connection, before a call or a read or while it waited for its answer."""
+
+
 _BY_REASON: dict[str, type[Error]] = {
     "FRAME_EXPIRED": Expired,
     "WATCHER_TOO_SLOW": TooSlow,

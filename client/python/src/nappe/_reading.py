@@ -6,6 +6,8 @@ from dataclasses import fields
 from datetime import datetime, timezone
 from typing import Any, TypeVar
 
+import numpy as np
+
 from nappe._contract import Message
 from nappe._reports import (
     ClothSteps,
@@ -88,6 +90,8 @@ def _value(message: Message, field: Any) -> Any:
     """A field of a message, as a value."""
     if field.message_type is not None and field.message_type.name == "StageTime":
         return {stage.stage: stage.seconds for stage in getattr(message, field.name)}
+    if field.message_type is not None and field.message_type.name == "ForceUpdate":
+        return {update.body: _forces(update) for update in getattr(message, field.name)}
     if is_repeated(field):
         return tuple(_single(item, field) for item in getattr(message, field.name))
     if field.has_presence and not message.HasField(field.name):
@@ -107,6 +111,16 @@ def _single(value: Any, field: Any) -> Any:
     if field.message_type.name == "Timestamp":
         return datetime.fromtimestamp(value.seconds + value.nanos * 1e-9, tz=timezone.utc)
     return read(_CLASSES[field.message_type.name], value)
+
+
+def _forces(update: Message) -> Any:
+    """Forces on a body as calls take them: one for all its particles, one for each, or by the index of the particle."""
+    names = np.frombuffer(update.particles_u32, "<u4").tolist()
+    rows = [tuple(row) for row in np.frombuffer(update.forces_f64, "<f8").reshape(-1, 3).tolist()]
+    if update.HasField("force"):
+        one = (update.force.x, update.force.y, update.force.z)
+        return dict.fromkeys(names, one) if names else one
+    return dict(zip(names, rows, strict=True)) if names else rows or None
 
 
 def hexadecimal(state_hash: int) -> str:

@@ -18,7 +18,7 @@ from nappe import _requests as requests
 from nappe import _targets as targets
 from nappe import _uploads as uploads
 from nappe._contract import METHODS, Message
-from nappe._errors import Error, Unauthenticated, from_call
+from nappe._errors import Closed, Error, Unauthenticated, from_call
 from nappe._launch import ServerProcess
 from nappe._requests import Call
 from nappe._sync_session import Session
@@ -212,7 +212,11 @@ class Server:
         try:
             return method(message(), timeout=limit, metadata=self._target.metadata)
         except grpc.RpcError as status:
+            self._check_usable()
             raise from_call(status, self.address, name, limit) from None
+        except ValueError:  # of a channel that another thread has closed just now
+            self._check_usable()
+            raise
 
     def _stream(self, name: str, message: Message, every: bool) -> Any:
         """A stream, on the connection of its kind."""
@@ -221,8 +225,11 @@ class Server:
     def _find_token_again(self) -> bool:
         return self._target.find_again()
 
-    def _method(self, name: str, bulk: bool) -> Any:
+    def _check_usable(self) -> None:
         check_usable(self._pid, self._closed, self.address)
+
+    def _method(self, name: str, bulk: bool) -> Any:
+        self._check_usable()
         found = self._methods.get((bulk, name))
         return found if found is not None else self._open(name, bulk)
 
@@ -243,4 +250,4 @@ def check_usable(pid: int, closed: bool, address: str) -> None:
             remedy="Start processes by multiprocessing's 'spawn' or 'forkserver', or before the first connection.",
         )
     if closed:
-        raise Error(f"the connection to {address} is closed")
+        raise Closed(f"the connection to {address} is closed") from None

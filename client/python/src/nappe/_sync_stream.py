@@ -111,9 +111,11 @@ class Stream(Generic[T]):
         """Waits and asks again, if that can help."""
         if self._closed:
             return
+        self._server._check_usable()
         if not (isinstance(error, Unauthenticated) and self._server._find_token_again()):
             time.sleep(self._reader.failed(error, time.monotonic()))
-        self._open()
+        if not self._closed:
+            self._open()
 
     def _open(self) -> None:
         self._call = self._server._stream(self._reader.method, self._reader.request(), self._reader.every)

@@ -94,6 +94,11 @@ class Parameters:
     """The bodies of cloth, in the order of their particles."""
     collider_poses: tuple[ColliderPose, ...]
     """Where the colliders are after the newest step, in the order of the scene."""
+    forces: dict[str, Vector | dict[int, Vector] | None]
+    """Forces that calls have set (N), by the name of the body, as `Session.update` takes them: one vector where all
+    particles that are not pinned feel the same, a dict of vectors by the index of the particle within the body where
+    others do. None in place of such a dict where those of all bodies have more than 4096 entries, and in lists of
+    sessions."""
 
 
 @dataclass(frozen=True)

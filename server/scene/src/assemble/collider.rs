@@ -7,6 +7,7 @@ use nappe_sim::{
 
 use super::{
     meshes::{MeshSource, load},
+    repair::weld,
     size::{Owner, Size},
 };
 use crate::{
@@ -46,7 +47,8 @@ pub(super) fn build(
 ) -> Result<Made, SceneError> {
     let (mut solid, mut warnings) = (None, Vec::new());
     let collider = text.assemble(at, |mesh| {
-        let mended = mended(mesh, at, meshes, size)?;
+        let (welded, mended) = mended(mesh, at, meshes, size)?;
+        warnings.extend(welded);
         warnings.extend(told(&mended));
         let Mended { surface, volume, holes, .. } = mended;
         solid = Some(ColliderSolid {
@@ -63,31 +65,32 @@ pub(super) fn build(
     Ok(Made { collider, solid, warnings })
 }
 
-/// The surface of a mesh where it stands in the world.
+/// The surface of a mesh where it stands in the world, after what is told of points that were joined.
 fn mended(
     text: &ColliderMesh,
     at: &Location<'_>,
     meshes: &dyn MeshSource,
     size: &mut Size<'_>,
-) -> Result<Mended, SceneError> {
+) -> Result<(Option<String>, Mended), SceneError> {
     let (owner, key) = (Owner { at, noun: "collider" }, at.key("mesh"));
     let bad = |message: String| key.error(ErrorKind::BadMesh, message);
     let mesh = load(&text.mesh, meshes, &key)?;
     size.check_collider_triangles(&owner, mesh.triangles.len() as u64)?;
     mesh.validate().map_err(|error| bad(error.to_string()))?;
 
+    // Nothing else of it means anything here.
+    let (points, triangles) = (mesh.points.clone(), mesh.triangles.clone());
+    let mut moved = TriangleMesh { points, triangles, ..TriangleMesh::default() };
+    let welded = weld(&mut moved, text.mesh.repair(), &key)?;
     let motion = text.transform.motion(&key.key("transform"))?;
-    let points = mesh.points.iter().map(|point| motion.apply(point.map(|c| c * text.transform.scale)));
-    let moved = TriangleMesh {
-        points: points.collect(),
-        triangles: mesh.triangles.clone(),
-        ..TriangleMesh::default()
-    };
+    for point in &mut moved.points {
+        *point = motion.apply(point.map(|c| c * text.transform.scale));
+    }
     let holes = if text.close_holes { Holes::Filled } else { Holes::Refused };
     let mended = mend(&moved, holes).map_err(|error| bad(in_words(&error, holes)))?;
     // Triangles that fill holes count too.
     size.add_collider_triangles(&owner, mended.surface.triangles.len() as u64)?;
-    Ok(mended)
+    Ok((welded, mended))
 }
 
 /// Why a mesh encloses no solid, with the key that helps.

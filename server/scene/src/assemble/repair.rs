@@ -33,16 +33,25 @@ pub(super) fn put_in_order(
         }
     }
 
-    if repair.weld > 0.0 {
-        let out_of_range = |error: MeshError| at.key("weld").error(ErrorKind::OutOfRange, error.to_string());
-        let welded = mesh.weld(repair.weld).map_err(out_of_range)?;
-        told.push(weld_in_words(repair.weld, welded, mesh.points.len()));
-    }
-
+    told.extend(weld(mesh, repair, at)?);
     told.extend(mesh.drop_repeated().map(|warning| warning.to_string()));
     let odd = mesh.check().map_err(bad)?;
     told.extend(odd.iter().map(ToString::to_string));
     Ok(told)
+}
+
+/// Joins the points of a sound mesh that its scene wants to be one; what was done is told, if anything was asked for.
+pub(super) fn weld(
+    mesh: &mut TriangleMesh,
+    repair: MeshRepair,
+    at: &Location<'_>,
+) -> Result<Option<String>, SceneError> {
+    if repair.weld == 0.0 {
+        return Ok(None);
+    }
+    let out_of_range = |error: MeshError| at.key("weld").error(ErrorKind::OutOfRange, error.to_string());
+    let welded = mesh.weld(repair.weld).map_err(out_of_range)?;
+    Ok(Some(weld_in_words(repair.weld, welded, mesh.points.len())))
 }
 
 fn weld_in_words(distance: f64, Welded { joined, dropped }: Welded, left: usize) -> String {

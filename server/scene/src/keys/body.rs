@@ -8,7 +8,7 @@ use nappe_sim::{
 
 use crate::{
     body::{GridPlane, Pattern, Unused},
-    schema::{Alternative, Alternatives, LENGTH, Presence, Range, SPEED, Section, ValueKind, key},
+    schema::{Alternative, Alternatives, LENGTH, Presence, Range, SPEED, Section, ValueKind, WELD, key},
     transform::TRANSFORM,
 };
 
@@ -17,8 +17,6 @@ use ValueKind::{Choice, Flag, Number, Pin, Pins, Table, Tables, Text, Vector, Wh
 
 /// A distance between particles (m).
 const SPACING: Range = Range(1e-6, 1e3);
-/// A distance over which points are joined (m).
-const WELD: Range = Range(0.0, 1e3);
 /// A mass (kg).
 const MASS: Range = Range(1e-12, 1e9);
 /// A stiffness (N/m).

@@ -12,7 +12,7 @@ use super::{
     off::{self, read_off},
     ply::{self, read_ply},
     stl::{self, read_stl},
-    text::text,
+    text::{refuse_pointer, text},
 };
 use crate::error::{ErrorKind, SceneError};
 
@@ -42,7 +42,7 @@ impl MeshFile<'_> {
     /// Reads the mesh; `file` is its name in messages.
     ///
     /// # Errors
-    /// The first error, with its line where it has one. A file that gzip has packed.
+    /// The first error, with its line where it has one. A file that gzip has packed, and a pointer of a large-file store.
     pub fn read(&self, file: &str) -> Result<Loaded, SceneError> {
         if gzip::is_packed(self.first()) {
             let message = "is packed by gzip; allowed: the file itself, which `gunzip` unpacks";
@@ -51,8 +51,8 @@ impl MeshFile<'_> {
         match *self {
             Self::Obj(bytes) => read_obj(&text(bytes, file)?, file),
             Self::Off(bytes) => read_off(&text(bytes, file)?, file),
-            Self::Ply(bytes) => read_ply(bytes, file),
-            Self::Stl(bytes) => read_stl(bytes, file),
+            Self::Ply(bytes) => refuse_pointer(bytes, file).and_then(|()| read_ply(bytes, file)),
+            Self::Stl(bytes) => refuse_pointer(bytes, file).and_then(|()| read_stl(bytes, file)),
             Self::Eti { points, others, options } => {
                 let name = |part: &str| format!("{file}/{part}.eti");
                 let (first, names) = (name("points"), ["faceset", "masses", "texcoord"].map(name));

@@ -260,12 +260,22 @@ fn next<'a>(
 
 /// The word of `allowed` with which a line begins, in small letters or not.
 fn begins<'a>(line: &Line<'_>, allowed: &[&'a str]) -> Result<&'a str, SceneError> {
-    let found = line.text.split_whitespace().next().unwrap_or_default();
-    allowed.iter().find(|word| found.eq_ignore_ascii_case(word)).copied().ok_or_else(|| {
+    allowed.iter().find(|word| begins_with(line.text, word)).copied().ok_or_else(|| {
         let message =
             format!("says '{}'; allowed here: a line '{}'", excerpt(line.text), allowed.join("' or '"));
         line.error(ErrorKind::Syntax, message)
     })
+}
+
+/// Whether a line begins with a word. Some programs part the words of an end: `end solid`, `end_loop`.
+fn begins_with(line: &str, word: &str) -> bool {
+    let mut words = line.split_whitespace();
+    let [first, second] = [(); 2].map(|()| words.next().unwrap_or_default());
+    let is_parted = |of: &str| match first.split_once(['_', '-']) {
+        Some((end, rest)) => end.eq_ignore_ascii_case("end") && rest.eq_ignore_ascii_case(of),
+        None => first.eq_ignore_ascii_case("end") && second.eq_ignore_ascii_case(of),
+    };
+    first.eq_ignore_ascii_case(word) || word.strip_prefix("end").is_some_and(is_parted)
 }
 
 /// Bytes that reading takes at most, beside the file's own and the copy of a text.

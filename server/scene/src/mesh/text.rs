@@ -1,8 +1,11 @@
-//! Mesh files as text: byte order marks, and encodings that are not UTF-8.
+//! Mesh files as text: byte order marks, other encodings than UTF-8, pointers in place of files.
 
 use std::borrow::Cow;
 
 use crate::error::{ErrorKind, SceneError};
+
+/// How a pointer of Git LFS begins, which stands in a clone in place of a file that was not fetched.
+const POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
 
 /// A file without the byte order mark of UTF-8, where it has one.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
@@ -13,14 +16,27 @@ pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
 /// numbers are ASCII.
 ///
 /// # Errors
-/// UTF-16, which has two bytes for each character.
+/// UTF-16, which has two bytes for each character, and a pointer of a large-file store.
 pub(crate) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<Cow<'a, str>, SceneError> {
     // Without a mark, one byte of an ASCII character is 0.
     if matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, 1..=255, ..] | [1..=255, 0, ..]) {
         let message = "is text in UTF-16; allowed: UTF-8, of which ASCII is a part. Save it as UTF-8";
         return Err(SceneError::new(ErrorKind::Unsupported, file, message).at_line(1));
     }
+    refuse_pointer(bytes, file)?;
     Ok(String::from_utf8_lossy(without_mark(bytes)))
+}
+
+/// Refuses a file that only says where a large-file store has the real one.
+///
+/// # Errors
+/// If it does.
+pub(super) fn refuse_pointer(bytes: &[u8], file: &str) -> Result<(), SceneError> {
+    if !without_mark(bytes).starts_with(POINTER) {
+        return Ok(());
+    }
+    let message = "is a pointer of a large-file store (Git LFS), which holds the file itself; allowed: that file, which `git lfs pull` fetches";
+    Err(SceneError::new(ErrorKind::Unsupported, file, message))
 }
 
 #[cfg(test)]
@@ -38,6 +54,23 @@ mod tests {
         ];
         for (bytes, wanted) in cases {
             assert_eq!(text(bytes, "a.obj").expect("it is text"), wanted);
+        }
+    }
+
+    #[test]
+    fn a_pointer_of_a_large_file_store_is_refused_as_such_with_a_mark_and_without_one() {
+        let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+        for bytes in [pointer.to_owned(), format!("\u{feff}{pointer}")] {
+            let error = text(bytes.as_bytes(), "a.obj").expect_err("no mesh").to_string();
+            assert_eq!(
+                error,
+                "a.obj: is a pointer of a large-file store (Git LFS), which holds the file itself; allowed: that file, which \
+                 `git lfs pull` fetches"
+            );
+        }
+        // What merely names the store is a text like any other.
+        for bytes in [&b"# version https://git-lfs.github.com/spec/v1\nv 0 0 0\n"[..], b"version 1\n"] {
+            assert!(text(bytes, "a.obj").is_ok());
         }
     }
 

@@ -9,4 +9,4 @@ mod check;
 
 pub(crate) use check::check;
 pub(crate) use key::{Alternative, Alternatives, Presence, Section, ValueKind, key};
-pub(crate) use range::{DIRECTION, LENGTH, Range, SIZE, SPEED};
+pub(crate) use range::{DIRECTION, LENGTH, Range, SIZE, SPEED, WELD};

@@ -12,6 +12,8 @@ pub(crate) struct Range(pub f64, pub f64);
 pub(crate) const LENGTH: Range = Range::of(allowed::LENGTH);
 /// Radii and edges (m).
 pub(crate) const SIZE: Range = Range(1e-6, 1e6);
+/// Distances over which points are joined (m).
+pub(crate) const WELD: Range = Range(0.0, 1e3);
 /// Components of a velocity (m/s).
 pub(crate) const SPEED: Range = Range::of(allowed::SPEED);
 /// Components of a direction, whose length does not matter.

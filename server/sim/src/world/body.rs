@@ -3,7 +3,7 @@
 
 use super::{
     cloth::Cloth,
-    forces::Forces,
+    forces::{CalledForces, Forces},
     snow::SnowBody,
     topology::{BodyTopology, StepBound},
 };
@@ -80,6 +80,12 @@ impl<R: Real> Body<R> {
             Self::Cloth(cloth) => cloth.set_forces(name, particles, forces),
             Self::Snow(snow) => snow.set_forces(name, particles, forces),
         }
+    }
+
+    /// Adds the forces that calls have set, each with the first particle of what it acts on; so many particles as are `left` are
+    /// listed.
+    pub(super) fn called_forces(&self, left: &mut usize, out: &mut Vec<(u32, CalledForces)>) {
+        on_body!(self, body => body.called_forces(left, out));
     }
 
     /// Puts the particles of the cloth or the object of that name elsewhere (m), with these velocities (m/s).

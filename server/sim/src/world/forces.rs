@@ -87,6 +87,48 @@ impl Forces {
     }
 }
 
+/// Forces that calls have set on a body, as a call would set them again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalledForces {
+    /// Name of the cloth, or of the object of snow.
+    pub body: String,
+    /// The particles that feel one, in the user's numbering of the body; none where all that are free feel the same.
+    pub particles: Vec<u32>,
+    /// The forces on them (N); none where they are too many to be listed.
+    pub forces: Option<Forces>,
+}
+
+impl CalledForces {
+    /// Those of a body, which are given (N) for each of its particles; none where nothing acts on it. So many particles as
+    /// are `left` may be listed.
+    pub(super) fn of(
+        body: &str,
+        called: &[[f64; 3]],
+        is_pinned: impl Fn(usize) -> bool,
+        left: &mut usize,
+    ) -> Option<Self> {
+        let first = *called.iter().find(|force| **force != [0.0; 3])?;
+        let body = body.to_owned();
+        let is_like_first = |(at, force): (usize, &[f64; 3])| *force == first || is_pinned(at);
+        if called.iter().enumerate().all(is_like_first) {
+            return Some(Self { body, particles: Vec::new(), forces: Some(Forces::One(first)) });
+        }
+
+        let acting = || called.iter().enumerate().filter(|(_, force)| **force != [0.0; 3]);
+        let Some(rest) = left.checked_sub(acting().count()) else {
+            return Some(Self { body, particles: Vec::new(), forces: None });
+        };
+        *left = rest;
+        let particles = acting().map(|(at, _)| at as u32).collect();
+        let forces = if acting().all(|(_, force)| *force == first) {
+            Forces::One(first)
+        } else {
+            Forces::Each(acting().map(|(_, force)| *force).collect())
+        };
+        Some(Self { body, particles, forces: Some(forces) })
+    }
+}
+
 /// What acts on a cloth, by the particles of its user's numbering.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Acting {
@@ -175,5 +217,28 @@ mod tests {
         assert!(acting.called().is_empty() && acting.is_new(0.3, 0.1));
         assert!(acting.now(0.3, 0.1).next().is_none());
         assert!(!acting.is_new(0.4, 0.1) && !acting.has_changed(0.4, 0.1));
+    }
+
+    #[test]
+    fn what_calls_have_set_is_told_as_one_call_would_set_it() {
+        let [none, up, back] = [[0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, -2.0]];
+        let told = |called: &[[f64; 3]], left: &mut usize| {
+            CalledForces::of("sheet", called, |particle| particle == 2, left)
+        };
+        let forces = |particles: &[u32], forces| {
+            Some(CalledForces { body: "sheet".to_owned(), particles: particles.to_vec(), forces })
+        };
+        let mut left = 4;
+        assert_eq!(told(&[], &mut left), None);
+        assert_eq!(told(&[none; 4], &mut left), None);
+        // Particle 2 is pinned.
+        assert_eq!(told(&[up, up, none, up], &mut left), forces(&[], Some(Forces::One(up))));
+        assert_eq!(left, 4, "no particle was listed");
+        assert_eq!(told(&[none, up, none, up], &mut left), forces(&[1, 3], Some(Forces::One(up))));
+        let each = Some(Forces::Each([up, back].into()));
+        assert_eq!(told(&[up, back, none, none], &mut left), forces(&[0, 1], each));
+        assert_eq!(left, 0);
+        assert_eq!(told(&[none, up, none, none], &mut left), forces(&[], None));
+        assert_eq!(told(&[back, back, none, back], &mut left), forces(&[], Some(Forces::One(back))));
     }
 }

@@ -38,7 +38,7 @@ pub use carried::{Carried, CarriedError, Missing};
 pub use changes::{Change, ChangeError, allowed};
 pub use clock::World;
 pub use collider_move::{ColliderMove, Departure, MoveError, MoveKey};
-pub use forces::{Forces, TimedForce};
+pub use forces::{CalledForces, Forces, TimedForce};
 pub use parameters::{ClothParameters, SpringRange, WorldParameters};
 pub use rules::ChangeRules;
 pub use setup::{BodySetup, SetupError, WorldSetup};

@@ -1,6 +1,9 @@
 //! What calls do to a cloth beside its parameters: forces on particles, another state, its start again.
 
-use super::{cloth::Cloth, forces::Forces};
+use super::{
+    cloth::Cloth,
+    forces::{CalledForces, Forces},
+};
 use crate::{
     cloth::{PinMotion, State},
     math::{Padded, Real, Sixteen, Vec3, vec3},
@@ -19,6 +22,21 @@ impl<R: Real> Cloth<R> {
             let listed = particles.iter().enumerate();
             let first = part.own.start;
             acting.set(listed.map(|(place, at)| (first + at, forces.at(place))), model.count, is_pinned);
+        }
+    }
+
+    /// Adds the forces that calls have set on its bodies, each with its first particle; so many particles as are `left` are listed.
+    pub(super) fn called_forces(&self, left: &mut usize, out: &mut Vec<(u32, CalledForces)>) {
+        let called = self.acting.called();
+        if called.is_empty() {
+            return;
+        }
+        for part in self.parts.iter() {
+            let first = part.own.start;
+            let own = &called[first as usize..part.own.end as usize];
+            let is_pinned = |at: usize| self.is_pinned(first + at as u32);
+            let told = CalledForces::of(&part.name, own, is_pinned, left);
+            out.extend(told.map(|told| (part.first_particle, told)));
         }
     }
 

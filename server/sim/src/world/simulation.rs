@@ -7,6 +7,7 @@ use super::{
     carried::Carried,
     changes::{Change, ChangeError},
     clock::World,
+    forces::CalledForces,
     parameters::WorldParameters,
     rules::ChangeRules,
     setup::{SetupError, WorldSetup},
@@ -190,6 +191,12 @@ impl Simulation {
     /// Parameters as they are now.
     pub fn parameters(&self) -> WorldParameters {
         on_world!(self, world => world.parameters())
+    }
+
+    /// Forces that calls have set on each body on which any acts, in the order of their particles. They list `most` particles in
+    /// all; what is more is left out by whole bodies.
+    pub fn called_forces(&self, most: usize) -> Vec<CalledForces> {
+        on_world!(self, world => world.called_forces(most))
     }
 
     /// Writes a field over `out`, in the user's numbering: exact in `f64`, rounded in `f32`.

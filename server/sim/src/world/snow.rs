@@ -2,7 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{forces::Forces, report::BodyReport, setup::SetupError, topology::BodyTopology};
+use super::{
+    forces::{CalledForces, Forces},
+    report::BodyReport,
+    setup::SetupError,
+    topology::BodyTopology,
+};
 use crate::{
     collide::Collider,
     field::Field,
@@ -83,6 +88,20 @@ impl<R: Real> SnowBody<R> {
         } else {
             let listed = particles.iter().enumerate();
             self.snow.set_forces(listed.map(|(place, at)| (first + *at as usize, forces.at(place))));
+        }
+    }
+
+    /// Adds the forces that calls have set on its objects, each with its first particle; so many particles as are `left` are listed.
+    pub(super) fn called_forces(&self, left: &mut usize, out: &mut Vec<(u32, CalledForces)>) {
+        let called = self.snow.forces();
+        if called.is_empty() {
+            return;
+        }
+        let mut first = 0;
+        for (name, count) in self.snow.objects() {
+            let told = CalledForces::of(name, &called[first..first + count], |_| false, left);
+            out.extend(told.map(|told| (self.first_particle + first as u32, told)));
+            first += count;
         }
     }
 

@@ -4,6 +4,7 @@ use super::{
     body::Body,
     clock::World,
     cloth::Cloth,
+    forces::CalledForces,
     parameters::WorldParameters,
     topology::{BodyTopology, StepBound},
 };
@@ -58,6 +59,16 @@ impl<R: Real> World<R> {
             cloths: cloths.into_iter().map(|(_, cloth)| cloth).collect(),
             colliders: poses.collect(),
         }
+    }
+
+    /// Forces that calls have set on each body on which any acts, in the order of their particles. They list `most` particles in
+    /// all; what is more is left out by whole bodies.
+    pub fn called_forces(&self, most: usize) -> Vec<CalledForces> {
+        let (mut found, mut left) = (Vec::new(), most);
+        self.bodies.iter().for_each(|body| body.called_forces(&mut left, &mut found));
+        // Other bodies may stand between those of one cloth.
+        found.sort_by_key(|(first_particle, _)| *first_particle);
+        found.into_iter().map(|(_, told)| told).collect()
     }
 
     /// What particles hit.
