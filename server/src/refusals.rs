@@ -1,7 +1,7 @@
 //! Why calls are refused, for whoever runs the server: counted by reason, and told to the log.
 //!
 //! Enters: a reason, with the caller and the session of the call. Leaves: how often each reason was given since the start, and
-//! lines of the log, at most one a second for each reason and address. What comes between two of them is counted, and the
+//! lines of the log, at most one per second for each reason and address. What comes between two of them is counted, and the
 //! next one says how many refusals it stands for.
 
 use std::{

@@ -154,9 +154,9 @@ impl<R: Real> Springs<R> {
         copy_own(records, rows.clone(), fields);
 
         let first_group = first_row / LANES;
+        let mut next = Ahead::of(&self.halos, block, self.block_size);
         for (halo, slots) in self.halos.parts(block) {
             halo.copy(behind(records, self.block_size), fields);
-            let mut next = Ahead::of(&self.halos, block, self.block_size);
             for group in 0..rows.len() / LANES {
                 next.ask(fields);
                 let start = (self.starts[first_group + group] as usize).max(slots.start);

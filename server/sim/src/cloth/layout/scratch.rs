@@ -137,8 +137,9 @@ impl<R: Real> MatrixSums<R> {
 pub(crate) struct Scratches<R: Real>(Vec<Mutex<BlockScratch<R>>>);
 
 impl<R: Real> Scratches<R> {
-    /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows at most, so many to
-    /// which elements add, and so many particles to which triangles do; for a block and its halo there must be `room` records.
+    /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows at most, so
+    /// many to which elements add, and so many particles to which triangles do; for a block and its halo there must be
+    /// `room` records.
     pub(crate) fn size_for(
         &mut self,
         blocks: usize,
