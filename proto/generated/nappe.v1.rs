@@ -530,6 +530,10 @@ pub struct ClothSteps {
     /// that is furthest off. 0 where none did.
     #[prost(double, tag = "10")]
     pub solve_error_m: f64,
+    /// Linear solves of the sub-steps that were taken, of the body that made most of them: as many as sub-steps where one was
+    /// enough for each. 0 where no linear system is solved.
+    #[prost(uint32, tag = "11")]
+    pub solves: u32,
 }
 /// What the snow reported after one step of the scene.
 #[derive(serde::Serialize)]

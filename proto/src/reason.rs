@@ -196,6 +196,10 @@ reasons! {
         "The sweeps of vertex block descent do not bring the momentum of a cloth into balance with gravity, the medium and pins: 16 times as many as asked for, at a 64th of the step too."
         "Ask for more sweeps, or reduce dt; choose newton where the cloth is very stiff or very fine."
 
+    StepAccuracy "STEP_ACCURACY" FailedPrecondition diverged
+        "The potential of an implicit step of cloth does not fall as its linear solves predict, to what `accuracy` allows: after four of them, at a 64th of the step too."
+        "Reduce dt, or allow more with `accuracy`; choose newton, which makes as many solves as are needed, or one_step, which makes one and is not judged so."
+
     ErrorTolerance "ERROR_TOLERANCE" FailedPrecondition diverged
         "The estimated error of a step of cloth is above the tolerance of the scene, at a 64th of the step too."
         "Reduce dt, or raise the tolerance."
@@ -374,27 +378,4 @@ reasons! {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::collections::BTreeSet;
-
-    use super::*;
-
-    #[test] // AIP-193: [A-Z][A-Z0-9_]+[A-Z0-9], at most 63 characters
-    fn every_reason_has_its_own_well_formed_name() {
-        let names: BTreeSet<&str> = Reason::ALL.iter().map(|reason| reason.name()).collect();
-        assert_eq!(names.len(), Reason::ALL.len());
-        for name in names {
-            assert!((3..=63).contains(&name.len()), "{name}");
-            assert!(name.chars().all(|c| c.is_ascii_uppercase() || c == '_'), "{name}");
-            assert!(!name.starts_with('_') && !name.ends_with('_'), "{name}");
-        }
-    }
-
-    #[test]
-    fn a_word_has_its_reason_and_an_unknown_one_none() {
-        for reason in Reason::ALL {
-            assert_eq!(Reason::of(reason.name()), Some(*reason));
-        }
-        assert_eq!(Reason::of("OF_A_NEWER_SERVER"), None);
-    }
-}
+mod tests;

@@ -34,6 +34,7 @@ mod scenes;
 mod shipped;
 mod steps;
 mod newton;
+mod auto;
 mod vertex_block_descent;
 mod odd_networks;
 mod work;

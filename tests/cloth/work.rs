@@ -122,7 +122,8 @@ fn what_is_rejected_counts() {
     for (x, v) in network.x.iter().zip(&mut network.v) {
         *v = [-30.0 * (x[2] - 0.275), 0.0, 30.0 * (x[0] - 0.275)];
     }
-    let scene = Scene::new(network, 1.0 / 60.0).certified();
+    let method = Method::new(Integrator::ImplicitEuler, Hessian::Absolute);
+    let scene = Scene::new(network, 1.0 / 60.0).by(method).certified();
     let report = advance(&mut scene.simulate(Precision::F64), 1);
     let steps = report.cloth.expect("a cloth");
     assert_eq!((steps.substeps, steps.rejected), (6, 3));

@@ -138,7 +138,7 @@ pub(crate) fn spinning(omega: f64, stiffness: f64) -> Scene {
     spinning_of(17, omega, stiffness)
 }
 
-/// The same with so many particles along a side.
+/// The same with so many particles along a side; by one solve per step.
 pub(crate) fn spinning_of(side: usize, omega: f64, stiffness: f64) -> Scene {
     let mut network = sheet(side, 0.05, &sheet_rules(stiffness, 0.0), 0.01);
     network.pins.clear();
@@ -146,6 +146,7 @@ pub(crate) fn spinning_of(side: usize, omega: f64, stiffness: f64) -> Scene {
         *v = [-omega * (x[2] - 0.4), 0.0, omega * (x[0] - 0.4)];
     }
     let mut scene = Scene::new(network, 1.0 / 60.0);
+    scene.settings.minimizer = Minimizer::OneStep;
     scene.settings.block_size = 32;
     scene
 }
@@ -212,6 +213,13 @@ fn troubled() -> Vec<(&'static str, Scene, Vec<Change>)> {
     let mut buckled = squeezed(9);
     buckled.settings.minimizer = Minimizer::Newton(NewtonSettings { tolerance: 0.1, max_iterations: 6 });
 
+    // It goes on where one solve is not enough: to the end of the step, and to the last solve that it may make.
+    let going_on = |omega: f64, stiffness: f64, accuracy: f64| {
+        let mut scene = spinning(omega, stiffness).certified();
+        scene.settings.minimizer = Minimizer::Auto { accuracy };
+        scene
+    };
+
     let (drawn, draw) = drawn_of(150);
     vec![
         ("became NaN", far, Vec::new()),
@@ -224,6 +232,8 @@ fn troubled() -> Vec<(&'static str, Scene, Vec<Change>)> {
         ("Descent", indefinite, Vec::new()),
         ("EnergyGain", spinning(10.0, 1e4).certified(), Vec::new()),
         ("StepReport", buckled, Vec::new()),
+        ("StepReport", going_on(10.0, 1e4, Minimizer::DEFAULT_ACCURACY), Vec::new()),
+        ("Missed", going_on(30.0, 1e6, 1e-15), Vec::new()),
         ("the spring from particle 43 to 44", drawn, vec![draw]),
     ]
 }

@@ -15,7 +15,7 @@ pub(crate) fn listed(items: &[String]) -> String {
 
 /// The name that a reader writes for a method of cloth or a variant of snow with this name; of others, that name itself.
 pub(crate) fn reader(name: &str) -> String {
-    let cloth = Method::all().into_iter().find(|method| method.name() == name).map(Method::reader_name);
+    let cloth = Method::studied().into_iter().find(|method| method.name() == name).map(Method::reader_name);
     let snow = || Variant::all().into_iter().find(|variant| variant.name() == name).map(Variant::reader_name);
     cloth.or_else(snow).unwrap_or_else(|| name.to_owned())
 }

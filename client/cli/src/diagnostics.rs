@@ -37,8 +37,13 @@ pub(crate) fn cloth_steps(cloth: &v1::ClothSteps) -> String {
     } else {
         String::new()
     };
+    let more = if cloth.solves > cloth.substeps {
+        format!(", {} in all", output::count(cloth.solves.into()))
+    } else {
+        String::new()
+    };
     let solved =
-        cloth.preconditioner.as_ref().map_or_else(String::new, |kind| format!("; solves: {kind}{far}"));
+        cloth.preconditioner.as_ref().map_or_else(String::new, |kind| format!("; solves: {kind}{more}{far}"));
     format!(
         "{} per step, dt {}; bound: {}{at}; error {:.1e} m (largest {:.1e} m){solved}",
         output::count(cloth.substeps.into()),

@@ -18,10 +18,10 @@ pub struct Body {
     /// Where the particles are.
     pub mesh: Mesh,
     /// Moves the mesh before springs are made.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub transform: Transform,
     /// Velocity of free particles at the start (m/s).
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub velocity: [f64; 3],
     /// Masses; none: those of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -30,22 +30,22 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Springs>,
     /// Laws of elements of three or four particles, beside the springs.
-    #[serde(default, rename = "law", skip_serializing_if = "is_default")]
+    #[serde(default, rename = "law", skip_serializing_if = "names::is_default")]
     pub laws: Vec<ElementLaw>,
     /// Particles that do not move.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub pins: Vec<Pin>,
     /// Pins that move from the start.
-    #[serde(default, rename = "moving_pin", skip_serializing_if = "is_default")]
+    #[serde(default, rename = "moving_pin", skip_serializing_if = "names::is_default")]
     pub moving_pins: Vec<MovingPin>,
     /// Forces on its particles.
-    #[serde(default, rename = "force", skip_serializing_if = "is_default")]
+    #[serde(default, rename = "force", skip_serializing_if = "names::is_default")]
     pub forces: Vec<ForceText>,
     /// Linear drag of the medium on each particle (N s/m); 0: none.
     #[serde(default)]
     pub drag: f64,
     /// Distance (m) that its surface keeps from itself; 0: it passes through itself.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub thickness: f64,
     /// Air that acts on its triangles; none: it feels none.
     #[serde(default, with = "air", skip_serializing_if = "Option::is_none")]
@@ -54,8 +54,11 @@ pub struct Body {
     #[serde(default = "default_integrator", with = "names::integrator")]
     pub integrator: Integrator,
     /// How the minimisation is solved that an implicit step stands for.
-    #[serde(default, with = "names::minimizer", skip_serializing_if = "is_default")]
+    #[serde(default, with = "names::minimizer", skip_serializing_if = "names::is_default")]
     pub minimizer: MinimizerKind,
+    /// How much of the energy that moves and is stretched a fall may lack of what a linear solve promised; none: its default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// Largest acceleration (m/s²) that Newton's method may leave over; none: its default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub newton_tolerance: Option<f64>,
@@ -78,19 +81,19 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub safety: Option<f64>,
     /// Takes the sub-steps whatever is known of them.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub unchecked: bool,
     /// Largest estimated error of a position that a sub-step may make (m); none: any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// What becomes of a sub-step in which particles go through a collider.
-    #[serde(default, with = "names::on_pass", skip_serializing_if = "is_default")]
+    #[serde(default, with = "names::on_pass", skip_serializing_if = "names::is_default")]
     pub on_pass: OnPass,
     /// Linear solver of an implicit step; explicit integrators have none.
     #[serde(default)]
     pub solver: Solver,
     /// When the state counts as diverged; default: no limits.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub limits: Limits,
     /// Particles per block, the unit of parallel work and of sums: a power of two, 32 to 4096.
     #[serde(alias = "grain", default = "default_block_size", serialize_with = "names::whole")]
@@ -116,6 +119,7 @@ impl Body {
             air: None,
             integrator: default_integrator(),
             minimizer: MinimizerKind::default(),
+            accuracy: None,
             newton_tolerance: None,
             newton_iterations: None,
             sweeps: None,
@@ -205,10 +209,10 @@ impl Mesh {
 #[serde(default)]
 pub struct MeshRepair {
     /// What becomes of points that no triangle names.
-    #[serde(skip_serializing_if = "is_default")]
+    #[serde(skip_serializing_if = "names::is_default")]
     pub unused: Unused,
     /// Points that are nearer to each other than this become one (m, before the transform); 0: none do.
-    #[serde(skip_serializing_if = "is_default")]
+    #[serde(skip_serializing_if = "names::is_default")]
     pub weld: f64,
 }
 
@@ -383,10 +387,6 @@ pub struct Limits {
     /// Largest kinetic plus elastic energy (J).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_energy: Option<f64>,
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 fn default_integrator() -> Integrator {

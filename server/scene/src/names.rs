@@ -88,6 +88,11 @@ pub(crate) mod maybe_law {
     }
 }
 
+/// Whether a text need not say a value.
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 /// TOML's integers have 63 bits and a sign: a number beyond them is written as their largest, which
 /// the schema refuses with the field's range.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]

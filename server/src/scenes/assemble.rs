@@ -81,6 +81,7 @@ fn at_most(size: SceneSize, limits: &Limits) -> SceneSize {
         snow_particles: size.snow_particles.min(limits.max_particles),
         implicit_particles: size.implicit_particles.min(limits.max_particles),
         iterated_particles: size.iterated_particles.min(limits.max_particles),
+        tried_particles: size.tried_particles.min(limits.max_particles),
         divided_particles: size.divided_particles.min(limits.max_particles),
         coarse_blocks: size.coarse_blocks.min(limits.max_particles),
         patched_particles: size.patched_particles.min(limits.max_particles),

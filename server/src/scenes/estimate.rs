@@ -37,6 +37,8 @@ const CLOTH_PARTICLE: [Cost; 2] = [cost(166.0, 146.0), cost(76.0, 111.0)];
 const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 95.0), cost(0.0, 75.0)];
 /// The iterate that is tried, the state before the last one, and the diagonal blocks kept at a saddle.
 const ITERATED_PARTICLE: [Cost; 2] = [cost(0.0, 120.0), cost(0.0, 96.0)];
+/// The iterate that is tried alone.
+const TRIED_PARTICLE: [Cost; 2] = [cost(66.0, 34.0), cost(92.0, 32.0)];
 /// The third state that sub-steps take turns in.
 const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
@@ -99,6 +101,7 @@ impl Estimate {
             (size.cloth_particles, by(CLOTH_PARTICLE)),
             (size.implicit_particles, by(IMPLICIT_PARTICLE)),
             (size.iterated_particles, by(ITERATED_PARTICLE)),
+            (size.tried_particles, by(TRIED_PARTICLE)),
             (size.divided_particles, by(DIVIDED_PARTICLE)),
             (size.coarse_blocks, COARSE_BLOCK),
             (size.springs, by(SPRING)),
@@ -198,6 +201,7 @@ mod tests {
         cloth_particles: 1000,
         implicit_particles: 1000,
         iterated_particles: 0,
+        tried_particles: 0,
         divided_particles: 1000,
         coarse_blocks: 0,
         patched_particles: 0,

@@ -111,6 +111,7 @@ fn cloth(steps: &ClothSteps) -> v1::ClothSteps {
         error_largest: steps.error.largest,
         preconditioner: steps.preconditioner.map(|kind| kind.name().to_owned()),
         solve_error_m: steps.error.of_solve,
+        solves: steps.solves,
     }
 }
 

@@ -81,7 +81,7 @@ fn configure(body: &mut nappe_scene::Body, setting: &Setting) {
     body.integrator = setting.method.integrator;
     body.hessian = setting.method.hessian;
     body.minimizer = MinimizerKind::default();
-    (body.newton_tolerance, body.newton_iterations, body.sweeps) = (None, None, None);
+    (body.accuracy, body.newton_tolerance, body.newton_iterations, body.sweeps) = (None, None, None, None);
     (body.substep, body.safety, body.unchecked) = (None, None, false);
     (body.substeps, body.tolerance) = match setting.steps {
         Steps::Controlled(tolerance) => (None, Some(tolerance)),
@@ -91,6 +91,7 @@ fn configure(body: &mut nappe_scene::Body, setting: &Setting) {
     if setting.method.integrator.is_implicit() {
         body.minimizer = setting.method.minimizer.kind();
         match setting.method.minimizer {
+            Minimizer::Auto { accuracy } => body.accuracy = Some(accuracy),
             Minimizer::OneStep => {}
             Minimizer::Newton(newton) => {
                 body.newton_tolerance = Some(newton.tolerance);

@@ -33,7 +33,7 @@ With --json the last line is one object: scene, steps, time (s), seconds (wall c
 state_hash (16 hexadecimal digits). Over the run: max_stretch (the largest) and max_stretch_time (s, when it
 was), notices_over_run (counts of what makes the results doubtful). At the end, of the last state or step:
 energy_at_end (J), external_work_at_end (J, of air and given forces), cloth_at_end (null, or substeps, rejected,
-dt_seconds, bound, bound_particle, bound_seconds, error_rms, error_largest, preconditioner and solve_error_m),
+dt_seconds, bound, bound_particle, bound_seconds, error_rms, error_largest, preconditioner, solve_error_m and solves),
 surface_at_end (null, or pairs, active, rounds, least_gap_m, failed and crossings), snow_at_end (null, or
 substeps, dt_seconds, bound, plastic_count and the other diagnostics of the snow), loads_at_end (name, force
 in N, torque in N m and contacts of each collider), poses_at_end (name, position in m and turn of each collider,

@@ -140,7 +140,7 @@ fn run_gallery(args: &StabilityArgs) -> Result<()> {
 
 /// What is asked for, but for maps.
 fn request(args: &StabilityArgs, scene: &Scene, case: &Case) -> Result<StabilityRequest> {
-    let known: Vec<String> = Method::all().into_iter().map(Method::name).collect();
+    let known: Vec<String> = Method::studied().into_iter().map(Method::name).collect();
     asked::check_methods(&args.methods, &known)?;
     let end = asked::end(args.until, scene)?;
     Ok(StabilityRequest {

@@ -43,7 +43,7 @@ fn a_study_has_limits_runs_maps_and_pictures() {
     }
     let limits = &document["limits"];
     for over in ["at_rest", "under_load"] {
-        assert_eq!(limits[over].as_array().map(Vec::len), Some(15), "{over} in {limits}");
+        assert_eq!(limits[over].as_array().map(Vec::len), Some(16), "{over} in {limits}");
     }
     let limit = limits["at_rest"][1]["limit_s"].as_f64().expect("that of symplectic Euler");
     let bound = limits["at_rest"][1]["bound_s"].as_f64().expect("its bound");

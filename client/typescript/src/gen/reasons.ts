@@ -35,6 +35,7 @@ export const REASONS = {
   POTENTIAL_DESCENT: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge.' },
   ENERGY_GAIN: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Of explicit steps: fix substeps = n, or take a smaller safety. Of implicit ones: reduce dt, or choose hessian = absolute if it is another. Or mark the step unchecked and accept that it may diverge.' },
   MOMENTUM_BALANCE: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Ask for more sweeps, or reduce dt; choose newton where the cloth is very stiff or very fine.' },
+  STEP_ACCURACY: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce dt, or allow more with `accuracy`; choose newton, which makes as many solves as are needed, or one_step, which makes one and is not judged so.' },
   ERROR_TOLERANCE: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce dt, or raise the tolerance.' },
   COLLIDER_PASSED: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Reduce dt, make the collider thicker or slower, or choose on_pass = warn.' },
   CONTACT: { code: 'FAILED_PRECONDITION', isDivergence: true, remedy: 'Leave the surfaces more room, move what closes more slowly or less far, or reduce dt or the thickness.' },

@@ -3,13 +3,8 @@
 use std::sync::Arc;
 
 use nappe_sim::{
-    cloth::{
-        self, ClothSettings, ElementList, Minimizer, MinimizerKind, Network, NewtonSettings, OnPass, Spring,
-        SpringKind, SpringRules, StateLimits, SurfaceSettings,
-    },
-    linalg::{AtCap, SolverSettings, Stop},
+    cloth::{self, ElementList, Network, Spring, SpringKind, SpringRules, SurfaceSettings},
     mesh::TriangleMesh,
-    time_step::TimeStep,
     world::{BodySetup, Change},
 };
 
@@ -21,11 +16,12 @@ use super::{
     repair,
     size::{self, Owner, Size},
     start::ClothStart,
+    stepping::settings,
     thickness, units,
 };
 use crate::{
     body::{Body, ElementLaw, GridPlane, Mesh, MeshRepair, Pattern, SpringLaw, Springs},
-    error::{ErrorKind, SceneError},
+    error::SceneError,
     location::Location,
     mesh::course_grid,
     transform::Transform,
@@ -101,7 +97,7 @@ pub(super) fn build(
         return text.at.key("air").inconsistent(message);
     }
     let at = text.at.key("moving_pin");
-    let settings = settings(text)?;
+    let settings = settings(body, &text.at, text.dt, text.contact)?;
     thickness::check(&network, &settings, &text.at)?;
     let changes = pins::moves(&body.moving_pins, layout, &network, first_particle, &at)?;
     Ok(Made { setup: BodySetup { name: body.name.clone(), network, settings, forces }, changes, warnings })
@@ -279,118 +275,4 @@ fn chain(
 
 fn law(law: SpringLaw) -> cloth::SpringLaw {
     cloth::SpringLaw { stiffness: law.stiffness, damping: law.damping }
-}
-
-fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
-    let body = text.body;
-    let solver = text.at.key("solver");
-    let minimizer = minimizer(text)?;
-    let stop = match (body.solver.fixed_iterations, body.solver.tolerance, body.solver.max_iterations) {
-        (Some(count), None, None) => Stop::Iterations(count),
-        (Some(_), Some(_), _) => {
-            return solver.key("tolerance").inconsistent("does not go with fixed_iterations");
-        }
-        (Some(_), _, Some(_)) => {
-            return solver.key("max_iterations").inconsistent("does not go with fixed_iterations");
-        }
-        (None, tolerance, cap) => {
-            let Stop::Residual { tolerance: default_tolerance, max_iterations } = minimizer.default_stop()
-            else {
-                return solver.inconsistent("has no default tolerance");
-            };
-            Stop::Residual {
-                tolerance: tolerance.unwrap_or(default_tolerance),
-                max_iterations: cap.unwrap_or(max_iterations),
-            }
-        }
-    };
-
-    if !body.block_size.is_power_of_two() {
-        let message = format!("is {}; allowed: a power of two, 32 to 4096", body.block_size);
-        return Err(text.at.key("block_size").error(ErrorKind::OutOfRange, message));
-    }
-
-    Ok(ClothSettings {
-        integrator: body.integrator,
-        minimizer,
-        hessian: body.hessian,
-        solver: SolverSettings {
-            stop,
-            preconditioner: body.solver.preconditioner,
-            at_cap: AtCap::default(),
-            operator: body.solver.operator,
-            warm_start: body.solver.warm_start,
-        },
-        time_step: time_step(text)?,
-        tolerance: body.tolerance,
-        on_pass: body.on_pass,
-        contact: text.contact,
-        limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
-        block_size: body.block_size,
-    })
-}
-
-/// How an implicit step is solved.
-fn minimizer(text: &BodyText<'_>) -> Result<Minimizer, SceneError> {
-    let Body { minimizer, newton_tolerance, newton_iterations, sweeps, integrator, .. } = text.body;
-    if *minimizer != MinimizerKind::OneStep && !integrator.is_implicit() {
-        let message = format!("is for implicit integrators, and '{}' is explicit", integrator.name());
-        return text.at.key("minimizer").inconsistent(message);
-    }
-    let keys = [
-        ("newton_tolerance", newton_tolerance.is_some(), MinimizerKind::Newton),
-        ("newton_iterations", newton_iterations.is_some(), MinimizerKind::Newton),
-        ("sweeps", sweeps.is_some(), MinimizerKind::VertexBlockDescent),
-    ];
-    if let Some((key, _, kind)) = keys.into_iter().find(|(_, given, kind)| *given && kind != minimizer) {
-        return text.at.key(key).inconsistent(format!("is for minimizer = \"{}\"", kind.name()));
-    }
-
-    let defaults = NewtonSettings::default();
-    Ok(match minimizer {
-        MinimizerKind::OneStep => Minimizer::OneStep,
-        MinimizerKind::Newton => Minimizer::Newton(NewtonSettings {
-            tolerance: newton_tolerance.unwrap_or(defaults.tolerance),
-            max_iterations: newton_iterations.unwrap_or(defaults.max_iterations),
-        }),
-        MinimizerKind::VertexBlockDescent => {
-            Minimizer::VertexBlockDescent { sweeps: sweeps.unwrap_or(Minimizer::DEFAULT_SWEEPS) }
-        }
-    })
-}
-
-/// How steps of the scene are divided.
-fn time_step(text: &BodyText<'_>) -> Result<TimeStep, SceneError> {
-    let Body { substeps, substep, safety, unchecked, tolerance, on_pass, .. } = text.body;
-    let is_fixed = substeps.is_some() || substep.is_some();
-    if substeps.is_some() && substep.is_some() {
-        return text
-            .at
-            .key("substep")
-            .inconsistent("does not go with substeps: one gives their length, one their number");
-    }
-    if safety.is_some() && (is_fixed || *unchecked) {
-        return text.at.key("safety").inconsistent(
-            "is for steps by the certified bound: it does not go with substeps, substep or unchecked",
-        );
-    }
-    if tolerance.is_some() && *unchecked {
-        return text
-            .at
-            .key("tolerance")
-            .inconsistent("does not go with unchecked: such steps are never taken again");
-    }
-
-    if *on_pass == OnPass::Reject && *unchecked {
-        return text.at.key("on_pass").inconsistent(
-            "is \"reject\", which does not go with unchecked: such steps are never taken again",
-        );
-    }
-
-    let length = substep.unwrap_or_else(|| text.dt / f64::from(substeps.unwrap_or(1)));
-    Ok(match (*unchecked, is_fixed) {
-        (true, _) => TimeStep::Unchecked(length),
-        (false, true) => TimeStep::Fixed(length),
-        (false, false) => TimeStep::Certified { safety: safety.unwrap_or(TimeStep::SAFETY) },
-    })
 }

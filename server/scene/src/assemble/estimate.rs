@@ -44,6 +44,8 @@ pub struct SceneSize {
     pub implicit_particles: u64,
     /// Of these, particles whose steps evaluate other states than those that they lead to.
     pub iterated_particles: u64,
+    /// Of these, particles whose steps do so only where one linear solve is not enough.
+    pub tried_particles: u64,
     /// Particles of cloth whose steps may be divided.
     pub divided_particles: u64,
     /// Blocks of particles whose preconditioner has a coarse space.
@@ -148,9 +150,11 @@ impl SceneSize {
         if integrator.is_implicit() {
             self.implicit_particles = self.implicit_particles.saturating_add(points);
         }
-        let solves_once = body.minimizer == MinimizerKind::OneStep;
+        let solves_once = matches!(body.minimizer, MinimizerKind::Auto | MinimizerKind::OneStep);
         if integrator.is_implicit() && !(solves_once && integrator == Integrator::ImplicitEuler) {
             self.iterated_particles = self.iterated_particles.saturating_add(points);
+        } else if integrator.is_implicit() && body.minimizer == MinimizerKind::Auto {
+            self.tried_particles = self.tried_particles.saturating_add(points);
         }
         let [is_coarse, may_switch] = match preconditioner {
             PreconditionerKind::TwoLevel => [true, false],
@@ -251,7 +255,7 @@ fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], scene: &Scene) -> [bool; 
     let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, thickness, .. } = body;
     let minimizer = match minimizer {
         MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
-        MinimizerKind::OneStep | MinimizerKind::Newton => Minimizer::OneStep,
+        MinimizerKind::Auto | MinimizerKind::OneStep | MinimizerKind::Newton => Minimizer::OneStep,
     };
     let mut settings = ClothSettings {
         integrator: *integrator,

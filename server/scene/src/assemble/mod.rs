@@ -13,6 +13,7 @@ mod repair;
 mod units;
 mod thickness;
 mod collider;
+mod stepping;
 mod body;
 mod snow;
 mod estimate;

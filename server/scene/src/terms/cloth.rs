@@ -61,6 +61,7 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
             air,
             integrator: _,
             minimizer: _,
+            accuracy: _,
             newton_tolerance: _,
             newton_iterations: _,
             sweeps: _,

@@ -339,7 +339,10 @@ fn sub_steps_of_cloth_come_out_as_written() {
     assert_eq!((of("").tolerance, of("tolerance = 1e-4").tolerance), (None, Some(1e-4)));
 
     let newton = |tolerance, max_iterations| Minimizer::Newton(NewtonSettings { tolerance, max_iterations });
-    assert_eq!(of("").minimizer, Minimizer::OneStep);
+    let auto = |accuracy| Minimizer::Auto { accuracy };
+    assert_eq!((of("").minimizer, Minimizer::default()), (auto(0.002), auto(0.002)));
+    assert_eq!(of("minimizer = \"auto\"\naccuracy = 1e-4").minimizer, auto(1e-4));
+    assert_eq!(of("minimizer = \"one_step\"").minimizer, Minimizer::OneStep);
     assert_eq!(of("minimizer = \"newton\"").minimizer, newton(0.01, 50));
     let both = "minimizer = \"newton\"\nnewton_tolerance = 1e-6\nnewton_iterations = 7";
     assert_eq!(of(both).minimizer, newton(1e-6, 7));
@@ -352,6 +355,9 @@ fn sub_steps_of_cloth_come_out_as_written() {
             "minimizer",
             "'velocity_verlet' is explicit",
         ),
+        ("accuracy = 1e-3\nminimizer = \"one_step\"", "accuracy", "minimizer = \"auto\""),
+        ("accuracy = 1e-3\nintegrator = \"velocity_verlet\"", "accuracy", "'velocity_verlet' is explicit"),
+        ("accuracy = 0.0", "accuracy", "allowed"),
         ("newton_tolerance = 1e-6", "newton_tolerance", "minimizer = \"newton\""),
         ("newton_iterations = 7", "newton_iterations", "minimizer = \"newton\""),
         ("sweeps = 7", "sweeps", "minimizer = \"vertex_block_descent\""),
@@ -366,6 +372,8 @@ fn sub_steps_of_cloth_come_out_as_written() {
         ("substeps = 2\nsafety = 0.5", "safety"),
         ("unchecked = true\nsafety = 0.5", "safety"),
         ("unchecked = true\ntolerance = 1e-3", "tolerance"),
+        ("unchecked = true\naccuracy = 1e-3", "accuracy"),
+        ("thickness = 0.01\naccuracy = 1e-3", "accuracy"),
     ] {
         let text = message(&with(lines));
         assert!(

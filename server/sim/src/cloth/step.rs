@@ -4,10 +4,10 @@
 use super::{
     contact::PairEnergy,
     evaluate::{Allowance, Workspace},
-    integrate,
+    integrate::{self, Advanced},
     judge::{
-        After, Before, accept, cause, fastest, gain_limit, gained, judge, owed, risen_most, rounding,
-        start_of,
+        After, Before, Found, accept, cause, falls_short, fastest, gain_limit, gained, judge, owed,
+        risen_most, rounding, start_of,
     },
     layout::{Model, Parameters},
     settings::{ClothSettings, Integrator, Purpose, Scheme, SurfaceCheck},
@@ -156,9 +156,9 @@ impl<R: Real> Stepping<'_, R> {
         let (integrator, dt) = (self.settings.integrator, self.work.numbers.dt);
         self.work.start = start_of(self.model, &self.work.evaluation, integrator, dt);
         self.work.make_room(self.state);
-        let Self { model, settings, around, .. } = *self;
+        let advanced = self.advance(time, &before, watch)?;
+        let Self { model, settings, .. } = *self;
         let work = &mut *self.work;
-        let advanced = integrate::advance(model, settings, (around, time), self.state, work, watch)?;
         // Of an explicit step the evaluation is that of its last kick.
         work.start.last_kick = work.evaluation.total;
         if settings.integrator == Integrator::ExplicitEuler {
@@ -170,6 +170,7 @@ impl<R: Real> Stepping<'_, R> {
         let starts_anew = settings.integrator.has_past() && self.state.past.dt == 0.0;
         work.tried = ClothReport {
             solve,
+            solves: work.solves,
             error: advanced.motion.error,
             external_work,
             without_history: u32::from(starts_anew),
@@ -198,16 +199,54 @@ impl<R: Real> Stepping<'_, R> {
             work.evaluate_next(model, Purpose::of(settings));
             watch.lap(Stage::Force);
         }
-        let Workspace { evaluation, next, numbers, cg, contact, common, .. } = &*work;
+        let Workspace { evaluation, next, numbers, .. } = &*self.work;
         if let Some(failure) = judge(model, next, &evaluation.diagnostics(), settings) {
             return Err(failure);
         }
-        let states = [&*self.state, next];
-        let owed = self.state.gain.energy;
-        let pairs = if model.thick_surface().is_some() { contact.energy } else { PairEnergy::default() };
-        let (motion, descent) = (&advanced.motion, cg.descent());
-        let after = After { motion, descent, found, evaluation, states, owed, pairs, common };
-        accept(model, numbers, &before, &after).map(Some)
+        accept(model, numbers, &before, &self.after(&advanced, found)).map(Some)
+    }
+
+    /// Computes where a sub-step that ends at `time` (s) leads. Goes on from there where one linear solve was made, and is to be followed by
+    /// others if that is not enough: where it is, what it led to is evaluated then.
+    fn advance(
+        &mut self,
+        time: f64,
+        before: &Before,
+        watch: &mut dyn Stopwatch,
+    ) -> Result<Advanced, StepFailure> {
+        let Self { model, settings, around, .. } = *self;
+        let work = &mut *self.work;
+        let first = integrate::advance(model, settings, (around, time), self.state, work, watch)?;
+        let may_go_on = settings.solves_from_state() && model.thick_surface().is_none();
+        let accuracy = settings.accuracy().filter(|_| may_go_on);
+        let (Some(accuracy), Some(solved)) = (accuracy, first.solve) else { return Ok(first) };
+
+        // The middle of a step is evaluated already.
+        if solved.1 == Found::End {
+            work.evaluate_next(model, Purpose::of(settings));
+            watch.lap(Stage::Force);
+        }
+        if !falls_short(model, &self.work.numbers, before, &self.after(&first, solved.1), accuracy) {
+            return Ok(first);
+        }
+        let (interrupt, of_method) = (around.interrupt, (model, settings));
+        integrate::go_on(of_method, interrupt, self.state, self.work, watch, solved, accuracy)
+    }
+
+    /// What the sub-step that is tried found, to judge it by.
+    fn after<'b>(&'b self, advanced: &'b Advanced, found: Found) -> After<'b, R> {
+        let Workspace { evaluation, next, cg, contact, common, .. } = &*self.work;
+        let is_thick = self.model.thick_surface().is_some();
+        After {
+            motion: &advanced.motion,
+            descent: cg.descent(),
+            found,
+            evaluation,
+            states: [&*self.state, next],
+            owed: self.state.gain.energy,
+            pairs: if is_thick { contact.energy } else { PairEnergy::default() },
+            common,
+        }
     }
 
     /// Gives up a sub-step that this cloth or another one did not accept.
@@ -292,13 +331,22 @@ impl<R: Real> Workspace<R> {
     /// Adds what an accepted sub-step has to tell.
     fn add_to_report(&mut self) {
         let ClothReport {
-            contact_count, solve, error, without_history, notices, external_work, surface, ..
+            contact_count,
+            solve,
+            solves,
+            error,
+            without_history,
+            notices,
+            external_work,
+            surface,
+            ..
         } = self.tried;
         let report = &mut self.report;
         report.contact_count += contact_count;
         if contact_count > 0 {
             self.contacts.accept();
         }
+        report.solves += solves;
         report.without_history += without_history;
         report.external_work += external_work;
         let with = |surface: SurfaceReport| report.surface.map_or(surface, |before| before.and(surface));

@@ -58,6 +58,10 @@ pub enum StepFailure {
     )]
     Unbalanced { particle: u64, value: f64, limit: f64, sweeps: u32 },
     #[error(
+        "after {solves} linear solves the fall of the step's potential differs by {value:.4e} J from what the last one predicts, more than the {limit:.4e} J that the accuracy allows: the forces change too much within the step (energy rises most at particle {particle})"
+    )]
+    Missed { particle: u64, value: f64, limit: f64, solves: u32 },
+    #[error(
         "the position of particle {particle} has an estimated error of {value:.4e} m in the step, more than the tolerance of {limit:.4e} m"
     )]
     Inaccurate { particle: u64, value: f64, limit: f64 },
@@ -140,6 +144,7 @@ impl StepFailure {
             | Self::Descent { particle, .. }
             | Self::EnergyGain { particle, .. }
             | Self::Unbalanced { particle, .. }
+            | Self::Missed { particle, .. }
             | Self::Inaccurate { particle, .. }
             | Self::Passed { particle, .. }
             | Self::Contact { particles: [particle, _], .. }
@@ -165,6 +170,7 @@ impl StepFailure {
             Self::Descent { .. } => "POTENTIAL_DESCENT",
             Self::EnergyGain { .. } => "ENERGY_GAIN",
             Self::Unbalanced { .. } => "MOMENTUM_BALANCE",
+            Self::Missed { .. } => "STEP_ACCURACY",
             Self::Inaccurate { .. } => "ERROR_TOLERANCE",
             Self::Passed { .. } => "COLLIDER_PASSED",
             Self::Contact { .. } | Self::Crowded { .. } => "CONTACT",
@@ -191,6 +197,7 @@ impl StepFailure {
             | Self::Descent { value, .. }
             | Self::EnergyGain { value, .. }
             | Self::Unbalanced { value, .. }
+            | Self::Missed { value, .. }
             | Self::Inaccurate { value, .. }
             | Self::NodeSpeed { value, .. }
             | Self::Deformation { value, .. }

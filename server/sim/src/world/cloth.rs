@@ -22,7 +22,7 @@ use crate::{
     linalg::PreconditionerKind,
     math::{Padded, Real, Sixteen, array3},
     parallel::{Ranks, hash_numbers, sum_hashes},
-    report::{Diagnostics, ErrorEstimate, StepFailure},
+    report::{Diagnostics, StepFailure},
     surroundings::Surroundings,
 };
 
@@ -159,25 +159,14 @@ impl<R: Real> Cloth<R> {
         Some(libm::pow(ratio, 1.0 / (order + 1.0)))
     }
 
-    /// What its step told, as that of a body, the largest error of its sub-steps, and how many had no history.
-    pub(super) fn told(&self, report: &ClothReport) -> (BodyReport, ErrorEstimate, u32) {
-        let ClothReport {
-            diagnostics,
-            contact_count,
-            solve,
-            error,
-            without_history,
-            surface,
-            mut notices,
-            work,
-            ..
-        } = *report;
+    /// What its step told, as that of a body.
+    pub(super) fn told(&self, report: &ClothReport) -> BodyReport {
+        let ClothReport { diagnostics, contact_count, solve, surface, mut notices, work, .. } = *report;
         let of_all = |own: u64| self.of_all(own);
         notices.first_passed = notices.first_passed.map(of_all);
         notices.first_pinched = notices.first_pinched.map(of_all);
         let snow = None;
-        let body = BodyReport { diagnostics, contact_count, solve, surface, snow, notices, work };
-        (body, error, without_history)
+        BodyReport { diagnostics, contact_count, solve, surface, snow, notices, work }
     }
 
     /// Memory of the ways of its pins and of the forces that calls have set (bytes).

@@ -82,16 +82,16 @@ pub(super) fn step<R: Real>(
         }
     };
 
-    let (mut error, mut without_history) = (ErrorEstimate::default(), 0);
+    let (mut error, mut without_history, mut solves) = (ErrorEstimate::default(), 0, 0);
     for index in 0..bodies.len() {
         if let Some(cloth) = bodies[index].as_cloth_mut() {
             let told = cloth.stepping(around).finish(watch).map_err(|failure| (index, failure))?;
-            let (body, of_cloth, steps) = cloth.told(&told);
-            body.add_to(report);
+            cloth.told(&told).add_to(report);
             if let Some(loads) = Arc::get_mut(&mut report.loads) {
                 cloth.stepping(around).add_to(loads);
             }
-            (error, without_history) = (error.max(of_cloth), without_history + steps);
+            (error, without_history) = (error.max(told.error), without_history + told.without_history);
+            solves = solves.max(told.solves);
         }
     }
     if let Some(surface) = &mut report.surface {
@@ -100,9 +100,9 @@ pub(super) fn step<R: Real>(
         };
         surface.failed = report.rejections.iter().filter(cut).count() as u64;
     }
-    let bound = next.shifted(bodies, asked);
-    let preconditioner = report.solve.and_then(|solve| solve.preconditioner);
-    report.cloth = Some(ClothSteps { substeps, rejected, without_history, dt, bound, error, preconditioner });
+    let (bound, preconditioner) = (next.shifted(bodies, asked), report.solve.and_then(|s| s.preconditioner));
+    let steps = ClothSteps { substeps, rejected, without_history, solves, dt, bound, error, preconditioner };
+    report.cloth = Some(steps);
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use super::setup::{BodySetup, SetupError};
 use crate::{
-    cloth::{ClothSettings, Joined, Network},
+    cloth::{ClothSettings, Joined, Minimizer, Network},
     linalg::SolverSettings,
     surface::Crossing,
 };
@@ -65,6 +65,8 @@ fn shared(body: &BodySetup) -> [(&'static str, String); 15] {
         limits,
         block_size,
     } = &body.settings;
+    // Of cloth with a thickness both are the same.
+    let minimizer = if matches!(minimizer, Minimizer::Auto { .. }) { &Minimizer::OneStep } else { minimizer };
     [
         ("drag", format!("{drag:?}")),
         ("air", air.map_or_else(|| "none".to_owned(), |air| format!("{air:?}"))),

@@ -47,6 +47,13 @@ impl Method {
         Integrator::ALL.into_iter().flat_map(of).collect()
     }
 
+    /// Those that are looked at for where they fail: all of them, and what steps a scene that names none.
+    pub fn studied() -> Vec<Self> {
+        let minimizer = Minimizer::default();
+        let default = Self { minimizer, ..Self::new(Integrator::ImplicitEuler, Hessian::Absolute) };
+        Self::all().into_iter().chain([default]).collect()
+    }
+
     /// Those that charts and plans compare: all of them, and both other implicit integrators with the exact tangent, which
     /// is what one linear solve is nearest to where steps are small.
     pub(crate) fn compared() -> Vec<Self> {
@@ -69,7 +76,7 @@ impl Method {
     pub(crate) const fn expected_count(self) -> u64 {
         match self.minimizer {
             _ if !self.integrator.is_implicit() => 2,
-            Minimizer::OneStep => 50,
+            Minimizer::Auto { .. } | Minimizer::OneStep => 50,
             Minimizer::Newton(_) => 1000,
             Minimizer::VertexBlockDescent { sweeps } => sweeps as u64,
         }
@@ -92,7 +99,7 @@ impl Method {
         let minimizer = match self.minimizer {
             Minimizer::Newton(_) => Minimizer::Newton(newton),
             Minimizer::VertexBlockDescent { .. } => Minimizer::VertexBlockDescent { sweeps },
-            Minimizer::OneStep => Minimizer::OneStep,
+            Minimizer::Auto { .. } | Minimizer::OneStep => self.minimizer,
         };
         Self { minimizer, ..self }
     }
@@ -113,13 +120,13 @@ impl Method {
         self.integrator.is_implicit() && matches!(self.minimizer, Minimizer::VertexBlockDescent { .. })
     }
 
-    /// `velocity_verlet`, `implicit_euler_full`, `bdf2_newton`, ...
+    /// `velocity_verlet`, `implicit_euler_full`, `bdf2_newton`, `implicit_euler_auto`, ...
     pub fn name(self) -> String {
         let integrator = self.integrator.name();
         match self.minimizer {
             _ if !self.integrator.is_implicit() => integrator.to_owned(),
             Minimizer::OneStep => format!("{integrator}_{}", self.hessian.name()),
-            Minimizer::Newton(_) | Minimizer::VertexBlockDescent { .. } => {
+            Minimizer::Auto { .. } | Minimizer::Newton(_) | Minimizer::VertexBlockDescent { .. } => {
                 format!("{integrator}_{}", self.minimizer.kind().name())
             }
         }
@@ -137,6 +144,7 @@ impl Method {
             Integrator::Bdf2 => "BDF2",
         };
         let way = match (self.minimizer, self.hessian) {
+            (Minimizer::Auto { .. }, _) => "as many solves as needed",
             (Minimizer::OneStep, Hessian::Full) => "exact Hessian",
             (Minimizer::OneStep, Hessian::Clamped) => "clamped Hessian",
             (Minimizer::OneStep, Hessian::Absolute) => "absolute Hessian",

@@ -37,7 +37,7 @@ fn weight(method: Method, precision: Precision) -> f64 {
 const fn least(method: Method) -> f64 {
     match method.minimizer {
         _ if !method.integrator.is_implicit() => 1.0,
-        Minimizer::OneStep => 3.0,
+        Minimizer::Auto { .. } | Minimizer::OneStep => 3.0,
         Minimizer::Newton(_) => 5.0,
         Minimizer::VertexBlockDescent { sweeps } => sweeps as f64,
     }

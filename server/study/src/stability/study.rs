@@ -145,7 +145,7 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
         is_stopped: false,
     };
     let wanted = &request.methods;
-    let mut methods = Method::all();
+    let mut methods = Method::studied();
     methods.retain(|method| wanted.is_empty() || wanted.contains(&method.name()));
     let scale = if study.bound.is_finite() { study.bound } else { case.dt() };
     let parts = Parts { case, request, methods, scale };

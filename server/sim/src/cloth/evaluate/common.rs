@@ -291,8 +291,9 @@ pub(crate) struct Common {
     pub(crate) fallen: f64,
     /// What a method loses of a fall (J): its positions feel another velocity than the mean.
     pub(crate) lost: f64,
-    /// Kinetic energy (J) of common motion at the start and at the end.
+    /// Kinetic energy (J) of common motion at the start and at the end, and at the velocities that an implicit step minimises over.
     pub(crate) kinetic: [f64; 2],
+    pub(crate) at_solution: f64,
     /// Mean velocity (m/s) of the pins.
     pub(crate) pins: Vec3<f64>,
     /// Of each part: momentum (N s) at the end, and the velocity (m/s) from which it is seen where something holds it.
@@ -356,6 +357,7 @@ impl Common {
         let before = self.kinetic(parts, sums.iter().map(Sums::before));
         self.momenta.extend(sums.iter().map(|sums| sums.end(numbers)));
         let after = self.kinetic(parts, self.momenta.iter().copied());
+        self.at_solution = self.kinetic(parts, sums.iter().map(Sums::after));
         (self.kinetic, self.pins) = ([before, after], pins);
     }
 

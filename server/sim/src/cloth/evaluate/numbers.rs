@@ -113,9 +113,7 @@ impl<R: Real> StepNumbers<R> {
         self.elements.clear();
         self.elements.extend(parameters.elements.iter().map(|law| {
             let matrix = h * h * law.stiffness + h * law.damping;
-            let [gradient, velocity] = if settings.solves_from_state() {
-                [h * law.stiffness, matrix]
-            } else if settings.integrator.is_implicit() {
+            let [gradient, velocity] = if settings.integrator.is_implicit() {
                 [h * law.stiffness, h * law.damping]
             } else {
                 [law.stiffness, law.damping]

@@ -110,6 +110,8 @@ pub struct Workspace<R: Real> {
     pub(crate) cg: CgWorkspace<R>,
     /// Products with the matrix since the step of the world began.
     pub(crate) products: u64,
+    /// Linear solves of the sub-step that is tried.
+    pub(crate) solves: u32,
     pub(crate) scratches: Scratches<R>,
 }
 
@@ -179,6 +181,7 @@ impl<R: Real> Workspace<R> {
     /// Begins a sub-step from a state, before its pins are aimed.
     pub(crate) fn begin_substep(&mut self, state: &State<R>) {
         self.pins_of_substep.keep(state);
+        self.solves = 0;
     }
 
     /// Makes room for what a sub-step from `state` writes, without touching what `undo` needs; of two states where

@@ -18,6 +18,7 @@ mod balance;
 mod one_step;
 mod with_contact;
 mod newton;
+mod auto;
 mod saddle;
 mod common_motion;
 mod momentum;
@@ -35,6 +36,7 @@ use super::{
     state::State,
 };
 use crate::{
+    interrupt::Interrupt,
     linalg::SolveReport,
     math::Real,
     report::{StepFailure, Stopwatch},
@@ -89,4 +91,22 @@ pub(super) fn advance<R: Real>(
     };
 
     Ok(Advanced { solve, motion: Motion::of(&model.share, &work.moved, model.free_count, scale) })
+}
+
+/// Goes on from where one linear solve led, and writes the state where that leads: see [`advance`]. `found` is what the solve found, and
+/// `accuracy` how much of what moves and is stretched a fall may lack.
+pub(super) fn go_on<R: Real>(
+    (model, settings): (&Model<R>, &ClothSettings),
+    interrupt: &Interrupt,
+    state: &State<R>,
+    work: &mut Workspace<R>,
+    watch: &mut dyn Stopwatch,
+    found: (SolveReport, Found),
+    accuracy: f64,
+) -> Result<Advanced, StepFailure> {
+    work.know_nothing();
+    let mut step = Step { model, state, work, watch };
+    let (report, found, scale) = auto::go_on(&mut step, settings, interrupt, found, accuracy)?;
+    let motion = Motion::of(&model.share, &work.moved, model.free_count, scale);
+    Ok(Advanced { solve: Some((report, found)), motion })
 }

@@ -43,7 +43,7 @@ const SADDLES: u32 = 4;
 /// An iterate that was evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct Iterate {
-    total: Total,
+    pub(super) total: Total,
     leftover: Leftover,
     /// Potential of damping and medium (J), for directions of springs as they were at the iterate before.
     lagged: f64,
@@ -79,6 +79,10 @@ pub(super) fn advance<R: Real>(
 
     let mut search = Search { step, settings, interrupt, report: None, mix: Mix::EXACT, taken: 0.0 };
     let first = search.evaluate(Tried::Next);
+    if let Some(accuracy) = settings.accuracy() {
+        let last = search.go_on(first, accuracy)?;
+        return Ok(search.end(inertia, [first, last], Outcome::Converged));
+    }
     let (mut last, mut is_done) = search.run(first, &newton)?;
     if let Minimizer::Newton(_) = settings.minimizer {
         for _ in 0..SADDLES {
@@ -101,7 +105,8 @@ impl<R: Real> Step<'_, R> {
         std::mem::swap(&mut next.v, v);
         let scale =
             Start::new(self.model, self.state, numbers).finish(settings.integrator, [x, v], next, moved);
-        if self.work.numbers.scheme.beyond == 1.0 {
+        // Of a step from the state more is evaluated.
+        if self.work.numbers.scheme.beyond == 1.0 && !settings.solves_from_state() {
             self.work.know(Purpose::of(settings));
         }
         self.watch.lap(Stage::Position);
@@ -156,7 +161,7 @@ impl<R: Real> Search<'_, '_, R> {
     /// Goes on from the iterate in `next`, which was evaluated, to the last one; says whether that is the solution, as
     /// far as the precision goes. At least one solve is made, so that slow motion is not taken for none.
     fn run(&mut self, first: Iterate, newton: &NewtonSettings) -> Result<(Iterate, bool), StepFailure> {
-        let is_one = self.settings.minimizer == Minimizer::OneStep;
+        let is_one = self.settings.starts_with_one_solve();
         let mut now = first;
         for iteration in 0..newton.max_iterations {
             let tolerance = if iteration == 0 { 0.0 } else { newton.tolerance };
@@ -164,12 +169,7 @@ impl<R: Real> Search<'_, '_, R> {
             if now.leftover.largest <= tolerance || !now.value().is_finite() {
                 return Ok((now, true));
             }
-            let report = self.solve();
-            if self.interrupt.is_requested() {
-                return Err(StepFailure::Interrupted);
-            }
-            check(&report)?;
-            self.report = Some(self.report.map_or(report, |others| others.and(report)));
+            self.solve_again()?;
             let Some(new) = self.search(&now)? else { return Ok((now, true)) };
             now = new;
             if is_one && self.taken == 1.0 {
@@ -183,9 +183,22 @@ impl<R: Real> Search<'_, '_, R> {
         Ok((now, is_done))
     }
 
+    /// Makes another of its solves, and adds it to the others.
+    pub(super) fn solve_again(&mut self) -> Result<(), StepFailure> {
+        let report = self.solve();
+        if self.interrupt.is_requested() {
+            return Err(StepFailure::Interrupted);
+        }
+        check(&report)?;
+        self.report = Some(self.report.map_or(report, |others| others.and(report)));
+        Ok(())
+    }
+
     /// Solves for the change of velocity from the iterate in `next`, which was evaluated.
     pub(super) fn solve(&mut self) -> SolveReport {
-        let report = if self.settings.mixes_tangents() {
+        // Where one is enough it has the tangent that one alone needs.
+        let is_alone = self.report.is_none() && self.settings.starts_with_one_solve();
+        let report = if self.settings.mixes_tangents() && !is_alone {
             let mixes = [self.mix.with_less(), Mix::ABSOLUTE];
             let (report, mix) = self.step.solve_mixed(At::Iterate, mixes, self.settings, self.interrupt);
             self.mix = mix;
@@ -284,7 +297,7 @@ impl<R: Real> Search<'_, '_, R> {
     fn report(&self, first: &Iterate, last: &Iterate, outcome: Outcome) -> SolveReport {
         let none = SolveReport::at_once(Outcome::Converged, 0.0);
         let report = self.report.unwrap_or(none);
-        if self.settings.minimizer == Minimizer::OneStep || first.leftover.square == 0.0 {
+        if self.settings.starts_with_one_solve() || first.leftover.square == 0.0 {
             return report;
         }
         let relative_residual = (last.leftover.square / first.leftover.square).sqrt();

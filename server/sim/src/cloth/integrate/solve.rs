@@ -30,6 +30,7 @@ const TRIED_AGAIN: u32 = 32;
 impl<R: Real> Step<'_, R> {
     /// Solves for the change of velocity, into the `dv` of the next state.
     pub(super) fn solve(&mut self, at: At, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
+        self.work.solves += 1;
         // What pairs push does not move as one.
         let common = if self.has_rows_of_pairs(at) { None } else { self.take_common_part() };
         let kind = self.choose(settings);
@@ -50,6 +51,7 @@ impl<R: Real> Step<'_, R> {
         settings: &ClothSettings,
         interrupt: &Interrupt,
     ) -> (SolveReport, Mix) {
+        self.work.solves += 1;
         let common = self.take_common_part();
         let mut kind = self.choose(settings);
         self.set_up(at, kind, interrupt);

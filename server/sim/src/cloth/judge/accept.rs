@@ -98,6 +98,77 @@ pub(crate) struct After<'a, R: Real> {
     pub(crate) common: &'a Common,
 }
 
+/// By how much what a step minimises falls (J).
+#[derive(Clone, Copy)]
+struct Falls {
+    /// From where each part goes on as a whole.
+    fall: f64,
+    /// The same as its solve promises it.
+    predicted: f64,
+    /// What pins on their way give, at most.
+    pins: f64,
+    pairs: PairEnergy,
+    /// What rounding does to these, at most.
+    rounding: f64,
+}
+
+impl Falls {
+    fn of<R: Real>(
+        model: &Model<R>,
+        numbers: &StepNumbers<R>,
+        before: &Before,
+        after: &After<'_, R>,
+    ) -> Self {
+        let (old, new) = (&before.total, &after.evaluation.total);
+        let Motion { change, own, along, .. } = *after.motion;
+
+        // Forces on pins are those that the old and the new state predict for the end of a step, or the first and the last iterate
+        // have: together more than pins do.
+        let common = after.common;
+        let pins = |work: f64| old.pin_work_from(common.pins).max(0.0) + work.max(0.0);
+        let (inertia, potential, pins) = match after.found {
+            Found::End => (old.kinetic_energy, new.potential(), pins(new.pin_work_from(common.pins))),
+            Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
+            Found::Iterate { inertia, potential, pin_work, .. } => (inertia, potential, pin_work),
+        };
+        let medium = numbers.scheme.h * (0.5 * own - along);
+        let pairs = after.pairs;
+        let PairEnergy { start, at_velocity, end, .. } = pairs;
+        let whole = inertia - common.descent;
+        let fall = whole - change + old.potential() - potential - medium + pins + (start - end);
+        let predicted = match after.found {
+            Found::Iterate { .. } => fall.max(0.0),
+            Found::End | Found::Middle { .. } => {
+                whole + old.slope() + after.descent + pins + (start - at_velocity)
+            }
+        };
+        let rounding = rounding(model, numbers, old, before.largest_coordinate)
+            + rounding(model, numbers, new, after.evaluation.largest_coordinate)
+            + WHOLE_ROUNDINGS * f64::EPSILON * (common.descent.abs() + common.kinetic[0] + common.kinetic[1]);
+        Self { fall, predicted, pins, pairs, rounding }
+    }
+}
+
+/// The energy (J) that moves and is stretched at the start of an implicit step or where it was solved for, the greater one, without what
+/// parts do as a whole.
+pub(crate) fn moving([start, solved]: [&Total; 2], common: &Common) -> f64 {
+    let [first, _] = common.kinetic;
+    (start.moved() - first).max(solved.moved() - common.at_solution).max(0.0)
+}
+
+/// Whether what a step minimises falls less than its one linear solve promised, by more than a share of the energy that moves and is
+/// stretched. The evaluation is that of what was solved for.
+pub(crate) fn falls_short<R: Real>(
+    model: &Model<R>,
+    numbers: &StepNumbers<R>,
+    before: &Before,
+    after: &After<'_, R>,
+    accuracy: f64,
+) -> bool {
+    let Falls { fall, predicted, rounding, .. } = Falls::of(model, numbers, before, after);
+    predicted - fall > accuracy * moving([&before.total, &after.evaluation.total], after.common) + rounding
+}
+
 /// What energy a step may have that is accepted.
 ///
 /// # Errors
@@ -109,30 +180,8 @@ pub(crate) fn accept<R: Real>(
     after: &After<'_, R>,
 ) -> Result<Allowance, StepFailure> {
     let (old, new) = (&before.total, &after.evaluation.total);
-    let Motion { change, own, along, .. } = *after.motion;
-
-    // Forces on pins are those that the old and the new state predict for the end of a step, or the first and the last iterate have:
-    // together more than pins do.
     let common = after.common;
-    let pins = |work: f64| old.pin_work_from(common.pins).max(0.0) + work.max(0.0);
-    let (inertia, potential, pins) = match after.found {
-        Found::End => (old.kinetic_energy, new.potential(), pins(new.pin_work_from(common.pins))),
-        Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
-        Found::Iterate { inertia, potential, pin_work, .. } => (inertia, potential, pin_work),
-    };
-    let medium = numbers.scheme.h * (0.5 * own - along);
-    let PairEnergy { start, at_velocity, end, given: by_pairs, has_any, .. } = after.pairs;
-    let whole = inertia - common.descent;
-    let fall = whole - change + old.potential() - potential - medium + pins + (start - end);
-    let predicted = match after.found {
-        Found::Iterate { .. } => fall.max(0.0),
-        Found::End | Found::Middle { .. } => {
-            whole + old.slope() + after.descent + pins + (start - at_velocity)
-        }
-    };
-    let rounding = rounding(model, numbers, old, before.largest_coordinate)
-        + rounding(model, numbers, new, after.evaluation.largest_coordinate)
-        + WHOLE_ROUNDINGS * f64::EPSILON * (common.descent.abs() + common.kinetic[0] + common.kinetic[1]);
+    let Falls { fall, predicted, pins, pairs, rounding } = Falls::of(model, numbers, before, after);
     let left = match after.found {
         Found::Iterate { left, .. } => left,
         Found::End | Found::Middle { .. } => 0.0,
@@ -143,6 +192,8 @@ pub(crate) fn accept<R: Real>(
     }
 
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
+    let Motion { own, along, .. } = *after.motion;
+    let PairEnergy { given: by_pairs, has_any, .. } = pairs;
     let medium = numbers.dt * (along - own);
     let given = medium + numbers.dt / numbers.scheme.h * pins + common.carried + by_pairs;
     let share = match after.found {

@@ -10,7 +10,7 @@ mod contact_gain;
 mod gain;
 mod accept;
 
-pub(super) use accept::{After, Before, Found, accept};
+pub(super) use accept::{After, Before, Found, accept, falls_short, moving};
 pub(super) use contact_gain::{most_owed, owed};
 pub(super) use energies::risen_most;
 pub(super) use gain::{gain_limit, gained, start_of};

@@ -57,7 +57,7 @@ impl Network {
         if *integrator != Integrator::ImplicitEuler {
             return Some(only("the integrator is", integrator.name(), Integrator::ImplicitEuler.name()));
         }
-        if minimizer.kind() != MinimizerKind::OneStep {
+        if !matches!(minimizer.kind(), MinimizerKind::Auto | MinimizerKind::OneStep) {
             return Some(only("the minimizer is", minimizer.kind().name(), MinimizerKind::OneStep.name()));
         }
         if time_step.is_unchecked() {

@@ -53,8 +53,10 @@ impl Hessian {
 /// Ways of solving the minimisation that an implicit step stands for, as scenes name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum MinimizerKind {
-    /// See [`Minimizer`], for all of them.
+    /// One linear solve, and more where it does not do what it promised; see [`Minimizer`], for all of them.
     #[default]
+    Auto,
+    /// One linear solve.
     OneStep,
     /// Linear solves from iterate to iterate, until forces and inertia balance.
     Newton,
@@ -63,12 +65,13 @@ pub enum MinimizerKind {
 }
 
 impl MinimizerKind {
-    /// Every way, the cheapest first.
-    pub const ALL: [Self; 3] = [Self::OneStep, Self::Newton, Self::VertexBlockDescent];
+    /// Every way, that of a scene which names none first.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::OneStep, Self::Newton, Self::VertexBlockDescent];
 
     /// Its name in scene files.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Auto => "auto",
             Self::OneStep => "one_step",
             Self::Newton => "newton",
             Self::VertexBlockDescent => "vertex_block_descent",
@@ -77,10 +80,15 @@ impl MinimizerKind {
 }
 
 /// How the minimisation that an implicit step stands for is solved.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Minimizer {
+    /// That of [`Self::OneStep`]; where what is minimised falls less than the solve promised, Newton's method goes on from there. Steps
+    /// that are unchecked, and those of cloth with a thickness, make the one solve.
+    Auto {
+        /// How much of the energy that moves and is stretched the fall may lack of what was promised; above 0.
+        accuracy: f64,
+    },
     /// One linear solve, the first step of Newton's method (Baraff and Witkin 1998).
-    #[default]
     OneStep,
     /// Newton's method with a line search.
     Newton(NewtonSettings),
@@ -91,7 +99,17 @@ pub enum Minimizer {
     },
 }
 
+impl Default for Minimizer {
+    fn default() -> Self {
+        Self::Auto { accuracy: Self::DEFAULT_ACCURACY }
+    }
+}
+
 impl Minimizer {
+    /// What a fall may lack of what a solve promised where nothing else is asked for, as a share of the energy that moves and is
+    /// stretched.
+    pub const DEFAULT_ACCURACY: f64 = 0.002;
+
     /// Sweeps of vertex block descent where nothing else is asked for.
     pub const DEFAULT_SWEEPS: u32 = 20;
 
@@ -100,13 +118,16 @@ impl Minimizer {
     pub fn default_stop(self) -> Stop {
         match self {
             Self::Newton(_) => Stop::Residual { tolerance: 1e-2, max_iterations: 2000 },
-            Self::OneStep | Self::VertexBlockDescent { .. } => SolverSettings::default().stop,
+            Self::Auto { .. } | Self::OneStep | Self::VertexBlockDescent { .. } => {
+                SolverSettings::default().stop
+            }
         }
     }
 
     /// Which way it is.
     pub const fn kind(self) -> MinimizerKind {
         match self {
+            Self::Auto { .. } => MinimizerKind::Auto,
             Self::OneStep => MinimizerKind::OneStep,
             Self::Newton(_) => MinimizerKind::Newton,
             Self::VertexBlockDescent { .. } => MinimizerKind::VertexBlockDescent,
@@ -212,14 +233,27 @@ impl ClothSettings {
 
     /// Whether steps make their one linear solve from the state itself: BDF2 starts from where the steps before lead.
     pub(crate) fn solves_from_state(&self) -> bool {
-        self.minimizer == Minimizer::OneStep
+        self.starts_with_one_solve()
             && matches!(self.integrator, Integrator::ImplicitEuler | Integrator::ImplicitMidpoint)
+    }
+
+    /// Whether steps make one linear solve, and no more unless they need it.
+    pub(crate) fn starts_with_one_solve(&self) -> bool {
+        matches!(self.minimizer, Minimizer::Auto { .. } | Minimizer::OneStep)
+    }
+
+    /// How much of the energy that moves and is stretched a fall may lack of what a solve promised, where steps go on that lack more.
+    pub(crate) fn accuracy(&self) -> Option<f64> {
+        match self.minimizer {
+            Minimizer::Auto { accuracy } if !self.time_step.is_unchecked() => Some(accuracy),
+            _ => None,
+        }
     }
 
     /// When the solves of a step stop: whether a cap was meant.
     pub(crate) fn stop(&self) -> Stop {
         match self.minimizer {
-            Minimizer::OneStep => self.solver.stop,
+            Minimizer::Auto { .. } | Minimizer::OneStep => self.solver.stop,
             Minimizer::Newton(NewtonSettings { tolerance, max_iterations }) => {
                 Stop::Residual { tolerance, max_iterations }
             }
@@ -229,8 +263,8 @@ impl ClothSettings {
 
     /// Whether steps evaluate other states than those that they lead to.
     pub(crate) fn has_iterates(&self) -> bool {
-        self.integrator.is_implicit()
-            && (self.minimizer != Minimizer::OneStep || self.integrator != Integrator::ImplicitEuler)
+        let makes_one = self.starts_with_one_solve() && self.accuracy().is_none();
+        self.integrator.is_implicit() && !(makes_one && self.integrator == Integrator::ImplicitEuler)
     }
 
     /// Whether steps move particles one by one.
@@ -253,9 +287,10 @@ impl ClothSettings {
         self.solver.at_cap == AtCap::Patches && matches!(self.solver.stop, Stop::Residual { .. })
     }
 
-    /// Whether linear solves of steps add as much of the absolute tangent to the exact one as they need.
+    /// Whether linear solves of iterates add as much of the absolute tangent to the exact one as they need.
     pub(crate) fn mixes_tangents(&self) -> bool {
-        matches!(self.minimizer, Minimizer::Newton(_)) && self.hessian == Hessian::Absolute
+        let goes_on = matches!(self.minimizer, Minimizer::Newton(_) | Minimizer::Auto { .. });
+        goes_on && self.hessian == Hessian::Absolute
     }
 
     /// Whether steps solve linear systems.

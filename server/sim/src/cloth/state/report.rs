@@ -16,6 +16,8 @@ pub(crate) struct ClothReport {
     pub(crate) contact_count: u64,
     /// The linear solve with the largest residual of all sub-steps, with the iterations of all.
     pub(crate) solve: Option<SolveReport>,
+    /// Linear solves of all sub-steps; 0 where nothing is solved.
+    pub(crate) solves: u32,
     /// The largest error of all sub-steps.
     pub(crate) error: ErrorEstimate,
     /// Sub-steps of integrators that go on from the one before, without one.

@@ -24,9 +24,9 @@ pub(crate) struct ElementNumbers<R> {
     pub(crate) energy: f64,
     /// Of dW/dx in the row: explicit k, implicit h k.
     pub(crate) gradient: R,
-    /// Of H v in the row: explicit nu, implicit h nu + h² k, of an iterate h nu.
+    /// Of H v in the row: explicit nu, of an iterate h nu.
     pub(crate) velocity: R,
-    /// Of H in the matrix: h nu + h² k.
+    /// Of H in the matrix, and of H v in the row of a step from the state: h nu + h² k.
     pub(crate) matrix: R,
 }
 
@@ -86,6 +86,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         scratch: &mut BlockScratch<R>,
     ) -> [f64; 2] {
         let is_step = side != RightHandSide::Forces;
+        let of_velocity = if is_step { numbers.matrix } else { numbers.velocity };
         assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
         let (first, mut energy, mut power) = (self.lists.packs(at.block).start, 0.0, 0.0);
         for (halo, packs) in self.lists.halos.parts(at.block) {
@@ -108,8 +109,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 }
                 for corner in 0..N {
                     let (of_x, of_v) = (gradient[corner], push[corner]);
-                    let row =
-                        three!(|c| P::zero() - (of_x[c] * numbers.gradient + of_v[c] * numbers.velocity));
+                    let row = three!(|c| P::zero() - (of_x[c] * numbers.gradient + of_v[c] * of_velocity));
                     scratch.corners.add(self.lists.names(pack, corner), row);
                 }
                 if A::HAS_MATRIX {

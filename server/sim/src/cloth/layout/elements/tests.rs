@@ -140,7 +140,7 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         let approach = u.dot(&(v[a].vector() - v[b].vector()));
         expected.0 = [expected.0[0] + pull * pull, expected.0[1] - 3.0 * pull * approach];
         for (particle, sign) in [(a, 1.0), (b, -1.0)] {
-            expected.1[particle] -= (u * pull * 3.0 + push * 5.0) * sign;
+            expected.1[particle] -= (u * pull * 3.0 + push * 7.0) * sign;
             expected.2[particle] += push * 7.0 * sign;
         }
     }
