@@ -376,6 +376,3 @@ reasons! {
         "A bug in the server."
         "Report it with what was done."
 }
-
-#[cfg(test)]
-mod tests;

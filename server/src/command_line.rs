@@ -7,7 +7,10 @@ use std::{
     process::ExitCode,
 };
 
-use clap::{Command, Error, Parser};
+use clap::{
+    Command, Error, Parser,
+    error::{ContextKind, ContextValue},
+};
 
 /// Reads the command line of this program. Help and version are written on standard output, errors on standard error,
 /// as `improved` leaves them.
@@ -20,7 +23,7 @@ pub fn command_line<T: Parser>(improved: impl FnOnce(Error) -> Error) -> Result<
         T::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut T::command()))
     });
     read.map_err(|answer| {
-        let answer = improved(answer);
+        let answer = improved(without_dashes(answer));
         let written = answer.print().and_then(|()| io::stdout().flush());
         match written {
             // A reader that closes the pipe early (`nappe --help | head`) has what it wants.
@@ -32,6 +35,17 @@ pub fn command_line<T: Parser>(improved: impl FnOnce(Error) -> Error) -> Result<
             _ => ExitCode::from(answer.exit_code() as u8),
         }
     })
+}
+
+/// An error without the advice to write an unknown option behind `--`, where it would be taken for the name of something.
+fn without_dashes(mut error: Error) -> Error {
+    if let Some(ContextValue::StyledStrs(mut tips)) = error.remove(ContextKind::Suggested) {
+        tips.retain(|tip| !tip.to_string().contains("as a value, use"));
+        if !tips.is_empty() {
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(tips));
+        }
+    }
+    error
 }
 
 /// The same command, whose options take `-5` as a value, so that each says what it needs instead; what is a path stays a word.

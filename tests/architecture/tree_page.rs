@@ -78,7 +78,7 @@ const SAID: [(&str, &str); 44] = [
         "client/python/src/nappe/examples/notebook.ipynb",
         "A session in a notebook: arrays, and the run as a page in a cell",
     ),
-    ("client/python/tools/", "Writes the reference of docs/python.md; measures the package"),
+    ("client/python/tools/", "Writes the reference of its page; measures it; adds programs to its wheel"),
     ("client/python/tests/", "Its tests: the core on made messages, the rest on the real server"),
     (
         "client/typescript/",

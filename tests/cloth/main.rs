@@ -18,6 +18,7 @@ mod pins;
 mod contact;
 mod moving;
 mod solids;
+mod unions;
 mod creases;
 mod gripper;
 mod bounces;

@@ -20,7 +20,7 @@ const GRAVITY: f64 = 9.81;
 const MARGIN: f64 = 0.005;
 
 /// Axes turned about z, and then about x (rad); right-handed, one a row.
-fn axes(about_z: f64, about_x: f64) -> [[f64; 3]; 3] {
+pub(crate) fn axes(about_z: f64, about_x: f64) -> [[f64; 3]; 3] {
     let ([s, c], [t, d]) = ([about_z.sin(), about_z.cos()], [about_x.sin(), about_x.cos()]);
     [[c, s * d, s * t], [-s, c * d, c * t], [0.0, -t, d]]
 }
@@ -94,7 +94,7 @@ fn distances_and_signs_are_those_of_all_triangles_and_normals_lead_to_the_surfac
 }
 
 /// What a sheet of 12 x 12 does above a solid in 1 s; how often particles touched it, went through it, or were pinched.
-fn falls_on(shape: Shape, method: Method) -> (Vec<[f64; 3]>, [u64; 3]) {
+pub(crate) fn falls_on(shape: Shape, method: Method) -> (Vec<[f64; 3]>, [u64; 3]) {
     let mut network = sheet(12, 0.05, &sheet_rules(100.0, 0.02), 0.005);
     network.pins.clear();
     network.x.iter_mut().for_each(|x| *x = [x[0] - 0.275, 0.1, x[2] - 0.275]);

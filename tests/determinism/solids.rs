@@ -14,7 +14,7 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Method, Scene,
-    meshes::torus,
+    meshes::{Surface, icosphere, torus},
     networks::{sheet, sheet_rules},
     ranks::on_ranks,
     scene::advance,
@@ -32,16 +32,26 @@ fn methods() -> [Method; 3] {
         .map(|integrator| Method::new(integrator, Hessian::Absolute))
 }
 
-/// A sheet that falls on a ring that moves: most of it is far from the ring at first, and some of it always.
-fn falling(method: Method) -> Scene {
+/// A ring of one part that lies level.
+fn ring() -> Surface {
+    torus([0.01, -0.08, 0.02], 0.25, 0.08, [32, 16])
+}
+
+/// A ring and a ball that overlap, each a part.
+fn ring_and_ball() -> Surface {
+    Surface::joined(&[ring(), icosphere([0.2, -0.1, 0.0], 0.12, 2)])
+}
+
+/// A sheet that falls on a solid that moves: most of it is far from the solid at first, and some of it always.
+fn falling(method: Method, solid: &Surface) -> Scene {
     let mut network = sheet(20, 0.05, &sheet_rules(100.0, 0.02), 0.005);
     network.pins.clear();
     network.x.iter_mut().for_each(|x| *x = [x[0] - 0.475, 0.035 + 0.05 * x[0], x[2] - 0.475]);
-    let ring = torus([0.01, -0.08, 0.02], 0.25, 0.08, [32, 16]).collider(0.4, 0.005);
+    let solid = solid.collider(0.4, 0.005);
     let mut scene = Scene::new(network, 2e-3).by(method).under([0.0, -9.81, 0.0]);
     scene.settings.block_size = 64;
     scene.settings.solver = SolverSettings::default();
-    scene.colliders = vec![Collider { velocity: [0.3, 0.2, -0.1], ..ring }];
+    scene.colliders = vec![Collider { velocity: [0.3, 0.2, -0.1], ..solid }];
     scene
 }
 
@@ -51,7 +61,8 @@ fn scenes() -> Vec<(String, Scene, u64)> {
         let name = method.name();
         [
             (format!("a tray, {name}"), scene("sheet_in_tray", method), STEPS),
-            (format!("a ring, {name}"), falling(method), FALL),
+            (format!("a ring, {name}"), falling(method, &ring()), FALL),
+            (format!("a ring and a ball, {name}"), falling(method, &ring_and_ball()), FALL),
         ]
     };
     methods().into_iter().flat_map(of).collect()
@@ -139,7 +150,7 @@ fn what_was_known_of_distances_changes_no_bit() {
 #[test]
 fn cloth_that_is_put_elsewhere_meets_a_solid_at_once() {
     for method in methods() {
-        let mut scene = falling(method);
+        let mut scene = falling(method, &ring());
         let near = scene.network.x.clone();
         // So far away that nobody asks for a while.
         scene.network.x.iter_mut().for_each(|x| x[1] += 30.0);

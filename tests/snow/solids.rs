@@ -6,7 +6,7 @@ use nappe_sim::{
     snow::{Kernel, Transfer},
 };
 use nappe_tests::{
-    meshes::box12,
+    meshes::{Surface, box12},
     scene::{advance, max_distance},
     snow::{SnowScene, Variant, center, elastic, lattice, object, plane},
 };
@@ -50,5 +50,22 @@ fn a_block_slides_on_a_box_of_triangles_by_coulombs_law_and_as_on_a_plane() {
         let exact = 0.5 * GRAVITY * (angle.sin() - friction * angle.cos());
         let off = moved / exact - 1.0;
         assert!(off.abs() < 5e-3, "friction {friction}: {moved} m in 1 s, not {exact}: {off:e} off");
+    }
+}
+
+#[test]
+fn a_block_slides_over_the_seam_of_a_box_of_two_parts_as_on_a_plane() {
+    let (friction, angle) = (20.0_f64.to_radians().tan(), 24.0_f64.to_radians());
+    let by_formula = plane([0.0; 3], [0.0, 1.0, 0.0], Contact::Separating, friction);
+    let (expected, _) = slides_on(by_formula, angle);
+    // They overlap in the way of the block, or touch there.
+    for [from, to] in [[0.93, 2.97], [1.03, 1.03]] {
+        let piece = |low: f64, high: f64| {
+            box12([f64::midpoint(low, high), -1.0, 0.0], [0.5 * (high - low), 1.0, 4.0])
+        };
+        let whole = Surface::joined(&[piece(-10.0, to), piece(from, 14.0)]);
+        let (found, _) = slides_on(whole.collider(friction, 0.0), angle);
+        let off = max_distance(&found, &expected);
+        assert!(off < 1e-9, "parts from {from} m and to {to} m: {off:e} m from where the plane leaves it");
     }
 }

@@ -9,5 +9,6 @@ mod rows;
 mod snow;
 mod plan;
 mod terms;
+mod coarser;
 mod stability;
 mod eigenvalues;

@@ -54,6 +54,27 @@ impl Surface {
         self
     }
 
+    /// Several as one, each a part with points of its own.
+    #[must_use]
+    pub fn joined(parts: &[Self]) -> Self {
+        let mut whole = Self { points: Vec::new(), triangles: Vec::new() };
+        for part in parts {
+            let first = whole.points.len() as u32;
+            whole.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| corner + first)));
+            whole.points.extend(&part.points);
+        }
+        whole
+    }
+
+    /// The same turned inside out.
+    #[must_use]
+    pub fn inside_out(mut self) -> Self {
+        for corners in &mut self.triangles {
+            corners.swap(1, 2);
+        }
+        self
+    }
+
     /// Corners of each triangle (m).
     pub fn corners(&self) -> impl Iterator<Item = [[f64; 3]; 3]> + '_ {
         self.triangles.iter().map(|triangle| triangle.map(|i| self.points[i as usize]))

@@ -98,7 +98,8 @@ _nappe_sessions() {
         Some(names) => arg.value_hint(names.placeholder()),
         None => arg,
     };
-    generated(Shell::Zsh, verbs.mut_subcommands(|verb| verb.mut_args(marked)))
+    let marked_verb = |verb: Command| verb.mut_args(marked).mut_subcommands(|inner| inner.mut_args(marked));
+    generated(Shell::Zsh, verbs.mut_subcommands(marked_verb))
         .replace(":_users'", ":_nappe_scenes'")
         .replace(":_email_addresses'", ":_nappe_sessions'")
         .replacen("autoload -U is-at-least\n", &format!("autoload -U is-at-least\n{FUNCTIONS}"), 1)

@@ -5,12 +5,15 @@
 use std::path::{Path, PathBuf};
 
 use nappe_scene::{
-    enclosed_volume,
+    MeshParts, PartOverlaps, enclosed_volume,
     files::{self, ReadOptions},
     mesh::{EtiOptions, Loaded},
 };
 use nappe_sim::{
-    math::array::{length, minus},
+    math::{
+        array::{length, minus},
+        four_digits,
+    },
     mesh::{MeshWarning, TJunctions, TriangleMesh},
 };
 use serde::Serialize;
@@ -42,7 +45,11 @@ pub(crate) struct Info {
     boundary_loops: usize,
     t_junctions: usize,
     repeated_triangles: usize,
-    /// Volume (m³); none where the mesh encloses none.
+    /// Parts of a closed mesh that are holes in others; the first triangles of those turned the wrong way; what overlaps.
+    holes: usize,
+    turned: Vec<u32>,
+    overlaps: Option<Overlaps>,
+    /// Volume (m³) of the union of its parts; none where the mesh encloses none.
     volume: Option<f64>,
     warnings: Vec<String>,
     /// Why there is no volume.
@@ -50,6 +57,23 @@ pub(crate) struct Info {
     no_volume: String,
     #[serde(skip)]
     first_t_junction: Option<(u32, [u32; 2])>,
+}
+
+/// Parts of a mesh that overlap. Names stay.
+#[derive(Debug, Serialize)]
+pub(crate) struct Overlaps {
+    /// Pairs of parts.
+    pub(crate) pairs: usize,
+    /// The first triangles of the two that share most.
+    pub(crate) triangles: [u32; 2],
+    /// Volume (m³) that is counted too often where it is counted for each part.
+    pub(crate) volume: f64,
+}
+
+impl From<PartOverlaps> for Overlaps {
+    fn from(PartOverlaps { pairs, triangles, volume }: PartOverlaps) -> Self {
+        Self { pairs, triangles, volume }
+    }
 }
 
 /// Describes the mesh in a file.
@@ -71,7 +95,11 @@ pub(crate) fn describe(path: &Path) -> Result<Info> {
         warnings.push("no masses: a scene must give them".to_owned());
     }
 
-    let (volume, no_volume) = match enclosed_volume(mesh) {
+    // One that is not closed has parts too, of which nothing else is known.
+    let parts = if survey.parts > 1 { MeshParts::new(mesh).ok() } else { None };
+    let enclosed = parts.as_ref().map_or_else(|| enclosed_volume(mesh), |parts| Ok(parts.volume));
+    let MeshParts { holes, turned, overlaps, .. } = parts.unwrap_or_default();
+    let (volume, no_volume) = match enclosed {
         Ok(volume) => (Some(volume), String::new()),
         Err(reason) => (None, reason),
     };
@@ -98,6 +126,9 @@ pub(crate) fn describe(path: &Path) -> Result<Info> {
         boundary_loops: survey.boundary_loops,
         t_junctions,
         repeated_triangles: odd.iter().map(repeats).sum(),
+        holes,
+        turned,
+        overlaps: overlaps.map(Overlaps::from),
         volume,
         warnings: of_file(path, warnings),
         no_volume,
@@ -150,6 +181,26 @@ fn load_incomplete(path: &Path) -> Result<(Loaded, usize)> {
     Ok((loaded, missing))
 }
 
+/// How many parts there are, and what of them is told of a closed mesh.
+fn of_parts(info: &Info) -> String {
+    let mut told = vec![output::count(info.parts as u64)];
+    if info.holes > 0 {
+        told.push(format!("holes: {}", output::count(info.holes as u64)));
+    }
+    if let Some(first) = info.turned.first() {
+        let count = output::count(info.turned.len() as u64);
+        told.push(format!("turned the wrong way: {count}, the first begins with triangle {first}"));
+    }
+    if let Some(Overlaps { pairs, triangles: [a, b], volume }) = &info.overlaps {
+        told.push(format!(
+            "overlapping pairs: {}, most those that begin with triangles {a} and {b}, in all by {} m^3",
+            output::count(*pairs as u64),
+            four_digits(*volume)
+        ));
+    }
+    told.join("; ")
+}
+
 /// The description as a table.
 pub(crate) fn table(info: &Info) -> String {
     let count = |count: usize| output::count(count as u64);
@@ -184,7 +235,7 @@ pub(crate) fn table(info: &Info) -> String {
         ("edges", count(info.edges)),
         ("open edges", open_edges),
         ("T-junctions", t_junctions),
-        ("parts", count(info.parts)),
+        ("parts", of_parts(info)),
         ("volume", volume),
         ("masses", masses),
         ("texture", format!("{} coordinates", info.texture_coordinates)),

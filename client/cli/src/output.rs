@@ -9,7 +9,7 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table};
 use nappe_scene::{printable, printable_json};
 /// Lengths, times and counts are written here as pictures have them.
-pub(crate) use nappe_study::quantity::{count, length, moment, three, time};
+pub(crate) use nappe_study::quantity::{count, length, moment, several, three, time};
 use serde::Serialize;
 
 use crate::error::{CliError, Result};

@@ -4,12 +4,16 @@
 //! ids into the scene, so that a server never opens a client's files.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
 use nappe_client::{Client, ClientError, CreateSession, MeshUpload, Scene as Sent, v1};
-use nappe_scene::{Body, ColliderText, Mesh, Scene, files, suggestion};
+use nappe_scene::{
+    Body, ColliderText, Mesh, Scene,
+    files::{self, ReadOptions},
+    suggestion,
+};
 use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
 use xxhash_rust::xxh3::Xxh3;
@@ -17,8 +21,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::{
     args::OverrideArgs,
     error::{CliError, Result},
-    meshes::{self, MissingMass},
-    output, paths,
+    meshes, output, paths,
 };
 
 /// A scene that comes with nappe.
@@ -139,12 +142,27 @@ impl Input {
         let path = Path::new(name);
         if paths::is_scene(path) {
             let text = file_text(path)?;
-            return Written::parse(name, text, path.parent().unwrap_or(Path::new("")));
+            return Written::parse(name, text, path.parent().unwrap_or(Path::new("")), &[]);
         }
         if names == Names::Ours {
             shipped_text(name)?;
         }
         Ok(Self::Named(name.to_owned()))
+    }
+
+    /// The same with values in place of others, by their keys; a shipped scene is the one of this command.
+    ///
+    /// # Errors
+    /// As [`Self::read`]; a key that is set twice, that the scene lacks or whose value its schema does not allow.
+    pub(crate) fn with_values(name: &str, values: &[(String, String)]) -> Result<Self> {
+        let mut keys = BTreeSet::new();
+        if let Some(twice) = values.iter().find(|set| !keys.insert(&set.0)) {
+            return Err(CliError::usage(format!("--set {}: the key is set twice", twice.0)));
+        }
+        let path = Path::new(name);
+        let is_file = paths::is_scene(path);
+        let text = if is_file { file_text(path)? } else { shipped_text(name)?.to_owned() };
+        Written::parse(name, text, path.parent().unwrap_or(Path::new("")), values)
     }
 
     /// A scene made by the program, with its meshes by the path that it names.
@@ -292,18 +310,31 @@ fn hash_mesh(mesh: &TriangleMesh, hasher: &mut Xxh3) {
 }
 
 impl Written {
-    fn parse(name: &str, text: String, folder: &Path) -> Result<Input> {
-        let scene = Scene::parse(&text, name)?;
+    /// Reads a scene with its meshes. With other values its text is made by this program.
+    fn parse(name: &str, text: String, folder: &Path, values: &[(String, String)]) -> Result<Input> {
+        let mut scene = Scene::parse(&text, name)?;
+        if !values.is_empty() {
+            let changed = scene.with_values(values);
+            scene = changed.map_err(|error| CliError::usage(format!("{name}: {error}")))?;
+        }
         let mut meshes = BTreeMap::new();
         for mesh in scene.meshes() {
             if let Mesh::File { file, .. } = mesh
                 && !meshes.contains_key(file)
             {
-                let loaded = meshes::load(&folder.join(file), MissingMass::default())?;
+                let loaded = files::load_mesh(&folder.join(file), &ReadOptions::default())
+                    .map_err(|error| meshes::in_words(scene.error_of_mesh_file(file, error)))?;
+                meshes::note(&loaded.warnings);
                 meshes.insert(file.clone(), loaded.mesh);
             }
         }
-        let (name, origin) = (name.to_owned(), Origin::File);
+        let (scene, text, origin) = if values.is_empty() {
+            (scene, text, Origin::File)
+        } else {
+            let text = scene.to_toml();
+            (Scene::parse(&text, name)?, text, Origin::Program)
+        };
+        let name = name.to_owned();
         Ok(Input::Written(Box::new(Self { name, scene, text, origin, meshes })))
     }
 

@@ -8,6 +8,7 @@ import signal
 import stat
 import subprocess
 import sys
+import sysconfig
 import textwrap
 import threading
 import time
@@ -58,8 +59,25 @@ def test_without_a_program_it_says_how_to_install_one(tmp_path: Path, monkeypatc
     monkeypatch.delenv("NAPPE_SERVER_PROGRAM", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("CARGO_TARGET_DIR", str(tmp_path))
+    monkeypatch.setattr(sysconfig, "get_path", lambda _: str(tmp_path))
     with pytest.raises(nappe.Error, match="cargo install --locked --path server"):
         nappe.serve()
+
+
+def test_the_program_of_a_wheel_comes_before_another_one_on_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    beside, on_path = tmp_path / "beside", tmp_path / "path"
+    for folder in (beside, on_path):
+        folder.mkdir()
+        (folder / "nappe-server").write_text("#!/bin/sh\n")
+        (folder / "nappe-server").chmod(0o755)
+    monkeypatch.delenv("NAPPE_SERVER_PROGRAM", raising=False)
+    monkeypatch.setenv("PATH", str(on_path))
+    monkeypatch.setattr(sysconfig, "get_path", {"scripts": str(beside)}.__getitem__)
+    assert _launch.program() == str(beside / "nappe-server")
+    (beside / "nappe-server").unlink()
+    assert _launch.program() == str(on_path / "nappe-server")
 
 
 def test_settings_are_flags_and_a_wrong_one_is_told_in_the_servers_words() -> None:

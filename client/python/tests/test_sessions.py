@@ -76,6 +76,10 @@ def test_changes_wait_for_their_step_and_can_be_dropped(server: nappe.Server) ->
         assert first.changes["springs"] == [{"body": None, "kind": "bend", "stiffness": 5.0}]
         np.testing.assert_array_equal(second.changes["paths"][pin][1], [(0, 1, 0), (0, 2, 0)])
         assert session.drop_pending([second.order]) == 1 and len(session.pending()) == 1
+        for unknown in ({"force": {"flag": (0, 1, 0)}}, {"force": None}):
+            told = "no change is called 'force'; there are: gravity, wind, .*forces"
+            with pytest.raises(nappe.Refused, match=told):
+                session.update(**unknown)
         session.update(wind=(1, 2, 3))
         session.step()
         assert session.parameters is not None and session.parameters.wind == (1.0, 2.0, 3.0)

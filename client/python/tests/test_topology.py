@@ -103,6 +103,8 @@ def test_a_topology_knows_its_bodies_by_name_and_what_they_have_together() -> No
 def test_a_topology_without_bodies_has_empty_arrays() -> None:
     topology = joined(whole(particles=0))
     assert (topology.triangles.shape, topology.pins.shape, topology.uv.shape) == ((0, 3), (0,), (0, 2))
+    with pytest.raises(nappe.Error, match="no body is called 'sail'; there are none"):
+        topology.body("sail")
 
 
 def test_the_particles_and_triangles_of_a_body_in_a_frame_count_from_its_first() -> None:

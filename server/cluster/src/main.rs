@@ -79,7 +79,7 @@ fn run() -> Result<(), String> {
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .map_err(|error| format!("cannot start {threads} threads: {error}"))?;
+        .map_err(|error| format!("cannot start threads, as many as {threads}: {error}"))?;
 
     let is_first = mpi.rank() == 0;
     let cluster: Arc<dyn Cluster> = Arc::new(mpi);

@@ -233,11 +233,12 @@ pub(crate) fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>)
         .map(|(_, name)| name)
 }
 
-/// `did you mean 'x'?` when a known name is near to what was written, else the known names.
+/// `did you mean 'x'?` when a known name is near to what was written, else the known names, or that there are none.
 pub fn suggestion<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     match nearest(found, known.iter().copied()) {
         Some(name) => format!("did you mean '{name}'?"),
+        None if known.is_empty() => "there are none".to_owned(),
         None => format!("allowed: {}", known.join(", ")),
     }
 }

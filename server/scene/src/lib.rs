@@ -26,8 +26,10 @@ mod edit;
 mod terms;
 mod uploads;
 mod fill;
+mod parts;
 mod assemble;
 mod shipped;
+mod coarser;
 pub mod course;
 pub mod files;
 
@@ -36,11 +38,13 @@ pub use body::{
     Body, ElementLaw, ForceText, GridPlane, Limits, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, Solver,
     SpringLaw, Springs, Unused,
 };
+pub use coarser::{CoarserGrid, CoarserScene, coarser};
 pub use collider::{ColliderMesh, ColliderText, ShapeText};
 pub use edit::EditError;
 pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
 pub use keys::page as reference_page;
 pub use mesh::enclosed_volume;
+pub use parts::{MeshParts, PartOverlaps};
 pub use printable::{is_printable, printable, printable_json};
 pub use scene::{Scene, VERSION, WindKey};
 pub use shipped::shipped_scenes;

@@ -1,6 +1,6 @@
 //! Where a key of a scene stands: paths such as `body[0].mesh.grid`, and their lines.
 
-use std::{fmt, ops::Range, sync::Arc};
+use std::{cmp::Reverse, fmt, ops::Range, sync::Arc};
 
 use toml::{
     Spanned,
@@ -133,6 +133,26 @@ impl Source {
         self.error_at(ErrorKind::UnknownField, path, span, message).to_string()
     }
 
+    /// The same text with other values where these paths lead, as they are to be written; all else stays, comments too. None where a
+    /// path leads to nothing.
+    pub(crate) fn text_with(&self, values: &[(Path, String)]) -> Option<String> {
+        let table = DeTable::parse(&self.text).ok()?;
+        let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
+        let mut places = Vec::with_capacity(values.len());
+        for (path, value) in values {
+            let found = path.0.iter().try_fold(&root, inner)?;
+            places.push((found.span(), value));
+        }
+
+        // From the end on, so that places stay where they are.
+        places.sort_by_key(|(span, _)| Reverse(span.start));
+        let mut text = (*self.text).to_owned();
+        for (span, value) in places {
+            text.replace_range(span, value);
+        }
+        Some(text)
+    }
+
     fn locate(&self, error: SceneError, span: &Range<usize>) -> SceneError {
         if self.text.is_empty() {
             return error;
@@ -165,15 +185,19 @@ impl Source {
         let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
         let mut value = &root;
         for part in &path.0 {
-            let next = match (part, value.get_ref()) {
-                (Part::Key(name), DeValue::Table(table)) => table.get(name.as_str()),
-                (Part::Index(index), DeValue::Array(items)) => items.get(*index),
-                _ => None,
-            };
-            let Some(next) = next else { break };
+            let Some(next) = inner(value, part) else { break };
             value = next;
         }
 
         Some(value.span())
+    }
+}
+
+/// What a step leads to.
+fn inner<'a, 'b>(value: &'a Spanned<DeValue<'b>>, part: &Part) -> Option<&'a Spanned<DeValue<'b>>> {
+    match (part, value.get_ref()) {
+        (Part::Key(name), DeValue::Table(table)) => table.get(name.as_str()),
+        (Part::Index(index), DeValue::Array(items)) => items.get(*index),
+        _ => None,
     }
 }

@@ -174,6 +174,13 @@ fn pieces_that_touch_without_sharing_points_are_one_solid_once_they_are_welded()
     let apart = in_pieces(&tetrahedron());
     let (kind, told) = error(&apart, "upload = \"m\"");
     assert!(kind == ErrorKind::BadMesh && told.contains("is not closed"), "{told}");
+    let hint = "; where pieces of it touch and share no points, weld = 1e-6 joins these";
+    assert!(told.ends_with(hint), "{told}");
+    // It does not help again where it was tried.
+    let mut open = tetrahedron();
+    open.triangles.truncate(3);
+    let (kind, told) = error(&open, "upload = \"m\", weld = 1e-6");
+    assert!(kind == ErrorKind::BadMesh && !told.contains("; where pieces"), "{told}");
 
     let keys = "upload = \"m\", weld = 1e-6, transform = { scale = 2, translate = [0, 0, 5] }";
     let welded = built(&apart, keys);
@@ -197,6 +204,25 @@ fn pieces_that_touch_without_sharing_points_are_one_solid_once_they_are_welded()
     let wanted =
         "scene.toml:9:31: collider[0].mesh.weld: points cannot be joined over 0.5 m; allowed for this mesh: ";
     assert!(kind == ErrorKind::OutOfRange && told.starts_with(wanted), "{told}");
+}
+
+#[test]
+fn a_solid_that_is_large_in_every_direction_is_asked_for_its_units_and_a_wide_ground_is_not() {
+    let keys =
+        |scale: &str| format!("upload = \"m\", transform = {{ scale = {scale}, translate = [0, -2000, 0] }}");
+    assert_eq!(
+        solid(&built(&tetrahedron(), &keys("1000"))).1,
+        [
+            "collider 'c': the box around it is 1000 by 1000 by 1000 m, and its volume 166700000 m^3: is it meant to be so \
+          large? Lengths are metres: transform.scale = 0.001 reads millimetres"
+        ]
+    );
+    assert!(solid(&built(&tetrahedron(), &keys("99"))).1.is_empty());
+    let mut ground = tetrahedron();
+    for point in &mut ground.points {
+        point[1] *= 0.09;
+    }
+    assert!(solid(&built(&ground, &keys("1000"))).1.is_empty(), "it is 90 m thick");
 }
 
 #[test]
@@ -245,7 +271,8 @@ fn a_mesh_that_encloses_nothing_is_refused_with_what_and_where() {
         mesh.triangles.push([0, 1, 4]);
     });
     let edge = "is not closed: the edge from point 1 at (1, 0, 0) to point 2 at (0, 1, 0) has 1 triangle, and each edge of a \
-                closed surface has two; 2 other edges are open too; close_holes = true fills holes of at most 64 edges";
+                closed surface has two; 2 other edges are open too; close_holes = true fills holes of at most 64 edges; \
+                where pieces of it touch and share no points, weld = 1e-6 joins these";
     let side = "has triangles 0 and 3 that run along their edge from (1, 0, 0) to (0, 1, 0) in the same direction: one of \
                 them is inside out";
     for (mesh, wanted) in [

@@ -229,13 +229,18 @@ fn a_file_of_every_format_is_read_as_gzip_has_packed_it() {
 fn a_pointer_of_a_large_file_store_is_refused_in_every_format() {
     let folder = Folder::new("pointers-to-meshes");
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935\nsize 12345\n";
-    for ending in ["obj", "off", "ply", "stl", "stl.gz"] {
-        let path = folder.write(&format!("a.{ending}"), pointer.as_bytes());
-        let error = load_mesh(&path, &ReadOptions::default()).expect_err(ending);
-        let told = error.to_string();
-        assert_eq!(error.kind, ErrorKind::Unsupported, "{told}");
-        assert!(told.contains("is a pointer of a large-file store (Git LFS)"), "{told}");
-        assert!(told.contains("`git lfs pull`"), "{told}");
+    let annex = "/annex/objects/SHA256E-s12345--4d7a214614ab2935\n";
+    for (pointer, store, command) in
+        [(pointer, "(Git LFS)", "`git lfs pull`"), (annex, "(git-annex)", "`git annex get`")]
+    {
+        for ending in ["obj", "off", "ply", "stl", "stl.gz"] {
+            let path = folder.write(&format!("a.{ending}"), pointer.as_bytes());
+            let error = load_mesh(&path, &ReadOptions::default()).expect_err(ending);
+            let told = error.to_string();
+            assert_eq!(error.kind, ErrorKind::Unsupported, "{told}");
+            assert!(told.contains(&format!("is a pointer of a large-file store {store}")), "{told}");
+            assert!(told.contains(command), "{told}");
+        }
     }
     // Of a set each file may be one, also where a server reads it.
     folder.write("points.eti", b"1\n0 0 0\n");

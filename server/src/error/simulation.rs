@@ -209,7 +209,7 @@ mod tests {
             StepFailure::Missed { particle: 0, value: 2.0, limit: 1.0, solves: 4 },
             StepFailure::Inaccurate { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Passed { particle: 0, collider: "table".to_owned() },
-            StepFailure::Contact { particles: [0, 1], gap: 1e-9 },
+            StepFailure::Contact { particles: [0, 1], gap: 1e-9, driven: None },
             StepFailure::Crowded { particle: 0, limit: 1 },
             StepFailure::PairMemory { bytes: 1 },
             StepFailure::NeverStable { particle: 0 },

@@ -38,6 +38,9 @@ const LINE: usize = 500;
 /// Most bytes of a line that are kept for a moment: one without an end takes no more memory.
 const LINE_BYTES: u64 = 64 << 10;
 
+/// The option without which Open MPI starts no jobs of root, as it says itself.
+const ROOT: &str = "--allow-run-as-root";
+
 /// A launcher and all that it started.
 pub(super) struct Job {
     child: Child,
@@ -47,6 +50,8 @@ pub(super) struct Job {
     /// What it may leave behind; none once that is ended.
     remains: Option<Remains>,
     said: Arc<Mutex<VecDeque<String>>>,
+    /// The text of the launcher as it starts jobs of root, if it asks for that option.
+    for_root: String,
 }
 
 /// The process group of a job.
@@ -103,7 +108,8 @@ impl Job {
         })?;
         let stderr = child.stderr.take();
         // From here on, an error ends the job.
-        let job = Self { child, group, guard, ranks, remains: Some(remains), said: Arc::default() };
+        let (said, for_root) = (Arc::default(), for_root(&settings.launcher));
+        let job = Self { child, group, guard, ranks, remains: Some(remains), said, for_root };
         if let Some(stderr) = stderr {
             keep_lines(stderr, Arc::clone(&job.said)).map_err(|error| {
                 not_started(&format!("the system starts no thread that reads what they say: {error}"))
@@ -166,7 +172,13 @@ impl Job {
 
     /// An error that ends with what the job said last.
     fn not_started(&self, what: &impl std::fmt::Display) -> ServiceError {
-        not_started(&format!("{what}{}", self.last_lines()))
+        let lines = self.last_lines();
+        let hint = if lines.contains(ROOT) {
+            format!(". It starts jobs of root with --launcher '{}'", self.for_root)
+        } else {
+            String::new()
+        };
+        not_started(&format!("{what}{hint}{lines}"))
     }
 
     /// What the job said last, as the end of a message.
@@ -281,6 +293,13 @@ pub(super) fn program(settings: &RankSettings) -> Result<PathBuf, ServiceError> 
         );
         ServiceError::new(Reason::RanksUnavailable, message)
     })
+}
+
+/// The text of a launcher with the option for root behind its first word.
+fn for_root(launcher: &str) -> String {
+    let launcher = launcher.trim();
+    let (program, rest) = launcher.split_once(char::is_whitespace).unwrap_or((launcher, ""));
+    format!("{program} {ROOT} {rest}")
 }
 
 /// An error of ranks that did not start.

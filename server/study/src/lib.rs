@@ -22,7 +22,7 @@ mod plan;
 mod stability;
 pub mod gallery;
 
-pub use case::{Case, NothingToStudy, Times, TimesError};
+pub use case::{Case, CommonPoints, NothingToStudy, Times, TimesError};
 pub use chart::{Chart, Dropped, Limit, Request, Row, chart, cheapest, line_names, profile};
 pub use method::{
     CHILDREN, Method, NEWTON, Setting, SnowSetting, SnowSteps, Stepped, Steps, Variant, parents, split,

@@ -58,9 +58,20 @@ pub fn count(value: u64) -> String {
     text
 }
 
+/// A count with what is counted: `1 thread`, `2 threads`.
+pub fn several(of: u64, noun: &str) -> String {
+    format!("{} {noun}{}", count(of), if of == 1 { "" } else { "s" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_is_no_plural() {
+        let counted = [0, 1, 2, 1000].map(|of| several(of, "thread"));
+        assert_eq!(counted, ["0 threads", "1 thread", "2 threads", "1 000 threads"]);
+    }
 
     #[test]
     fn numbers_have_three_digits_that_count() {

@@ -68,7 +68,9 @@ fn a_box_of_pins_that_closes_too_far_ends_with_contact_and_leaves_the_state_as_i
         assert_eq!(error.failure.reason(), "CONTACT");
         let count = network.x.len() as u64;
         match error.failure {
-            StepFailure::Contact { particles: [first, second], gap } => {
+            StepFailure::Contact { particles: [first, second], gap, driven } => {
+                let is_of_box = |pin: u64| (count - 8..count).contains(&pin);
+                assert!(driven.is_some_and(is_of_box), "{precision}: {error}");
                 assert!(first < count && second < count && first != second, "{precision}: {error}");
                 assert!((0.0..2e-3).contains(&gap), "{precision}: {gap} m");
             }

@@ -20,11 +20,11 @@ const DETECTION: &str = "std_detect";
 /// Looks at the machine code of the numerics.
 pub(crate) fn prove(shell: &mut Shell) -> Result<(), Failure> {
     shell.step("machine code: no intrinsic is called", |shell| {
-        let told = run(shell, Command::new(cargo()).args(PROGRAM.split_whitespace()))?;
+        let told = shell.printed(Command::new(cargo()).args(PROGRAM.split_whitespace()))?;
         let program =
             told.lines().find_map(executable).ok_or(Failure(format!("cargo {PROGRAM}: no program")))?;
         let code =
-            run(shell, Command::new("objdump").args(["--disassemble", "--no-show-raw-insn", program]))?;
+            shell.printed(Command::new("objdump").args(["--disassemble", "--no-show-raw-insn", program]))?;
         let functions = code.lines().filter(|line| line.ends_with(">:")).count();
         if functions < 1000 {
             return Err(Failure(format!("objdump names {functions} functions: too few to look at")));
@@ -32,17 +32,6 @@ pub(crate) fn prove(shell: &mut Shell) -> Result<(), Failure> {
         let callers = callers(&code);
         if callers.is_empty() { Ok(()) } else { Err(Failure(callers.join("\n"))) }
     })
-}
-
-/// What a command prints.
-fn run(shell: &Shell, command: &mut Command) -> Result<String, Failure> {
-    command.current_dir(shell.root());
-    let output =
-        command.output().map_err(|error| Failure(format!("{command:?} cannot be started: {error}")))?;
-    if !output.status.success() {
-        return Err(Failure(format!("{command:?}: {}", String::from_utf8_lossy(&output.stderr))));
-    }
-    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 /// The program that a message of cargo names.

@@ -1,5 +1,5 @@
 //! Project tasks: `cargo xtask check | test | prove | drill | bench | mutants | additions | tutorials | picture | bless |
-//! python | ci`.
+//! python | wheel | tarball | ci`.
 //!
 //! Reads the task's name; says what it will run and how long that took the last time; runs ordinary commands,
 //! each shown as it starts; ends with a table of what ran and a list of what was not checked. Where the
@@ -35,6 +35,7 @@ mod additions;
 mod drill;
 mod going_on;
 mod ways;
+mod install;
 mod laws;
 mod prove;
 
@@ -47,7 +48,7 @@ use times::Times;
 type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(), Failure>);
 
 /// Every task, in the order of the help.
-const TASKS: [Task; 12] = [
+const TASKS: [Task; 14] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
     (
         "test",
@@ -100,6 +101,12 @@ const TASKS: [Task; 12] = [
         "the package for Python: style, types, and its tests on the server that was built",
         python::run,
     ),
+    (
+        "wheel",
+        "the package for Python with the programs, as one file that pip installs on machines without Rust",
+        install::wheel::run,
+    ),
+    ("tarball", "the programs in one archive, with the README and the licences", install::tarball::run),
     (
         "ci",
         "all that must hold before a change lands: check, test, python, the client for TypeScript and the page",

@@ -4,7 +4,7 @@
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, drill, going_on, laws, machine_code, mutants, nginx, python,
+    additions, clients, drill, going_on, install, laws, machine_code, mutants, nginx, python,
     shell::{Failure, Shell},
     suites, tutorials, typescript, viewer, ways, web,
 };
@@ -100,7 +100,8 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
 
 fn builds(shell: &mut Shell) -> Result<(), Failure> {
     machine_code::prove(shell)?;
-    ways::prove(shell)
+    ways::prove(shell)?;
+    install::proof::prove(shell)
 }
 
 fn docs(shell: &mut Shell) -> Result<(), Failure> {

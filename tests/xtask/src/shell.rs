@@ -157,6 +157,23 @@ impl Shell {
         })
     }
 
+    /// What `command` prints, at the root unless it names a folder.
+    ///
+    /// # Errors
+    /// When it cannot be started or does not succeed; what it says on standard error is told.
+    pub(crate) fn printed(&self, command: &mut Command) -> Result<String, Failure> {
+        Self::forget_this_crate(command);
+        if command.get_current_dir().is_none() {
+            command.current_dir(&self.root);
+        }
+        let output =
+            command.output().map_err(|error| Failure(format!("{command:?} cannot be started: {error}")))?;
+        if !output.status.success() {
+            return Err(Failure(format!("{command:?}: {}", String::from_utf8_lossy(&output.stderr))));
+        }
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
     /// Takes out of a command's environment what cargo told us of this crate.
     pub(crate) fn forget_this_crate(command: &mut Command) {
         for (name, _) in env::vars_os() {

@@ -108,8 +108,10 @@ fn bandwidths(threads: &[usize]) -> Result<Vec<f64>> {
     let mut triad = Triad::new();
     let mut bandwidth = |count: &usize| {
         let pool = ThreadPoolBuilder::new().num_threads(*count).build();
-        let pool =
-            pool.map_err(|error| CliError::failure(format!("cannot start {count} threads: {error}")))?;
+        let pool = pool.map_err(|error| {
+            let threads = output::several(*count as u64, "thread");
+            CliError::failure(format!("cannot start {threads}: {error}"))
+        })?;
         Ok(triad.bandwidth(&pool))
     };
     threads.iter().map(&mut bandwidth).collect()

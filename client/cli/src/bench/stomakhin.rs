@@ -86,8 +86,8 @@ fn measure(args: &StomakhinArgs, throw: &Throw) -> Result<StomakhinRow> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let precision = Precision::from(args.precision);
     output::note(&format!(
-        "{} frames of {} particles ...",
-        args.frames,
+        "{} of {} particles ...",
+        output::several(args.frames.into(), "frame"),
         output::count(args.particles.into())
     ));
 
@@ -135,11 +135,11 @@ fn text(row: &StomakhinRow, radius: f64) -> String {
         format!(" Stomakhin et al. 2013: 5.2 minutes per frame for 300 000 particles, {ratio:.0} times the median here.")
     });
     format!(
-        "{}\n\n{} per frame of 1/24 s (median), {:.1} million particle-steps per second, {} threads, {}.{beside}\n{} particles, 8 per cell of 5 mm, a ball of radius {:.3} m that hits a wall at 5 m/s.",
+        "{}\n\n{} per frame of 1/24 s (median), {:.1} million particle-steps per second, {}, {}.{beside}\n{} particles, 8 per cell of 5 mm, a ball of radius {:.3} m that hits a wall at 5 m/s.",
         output::table(&columns, &cells),
         output::time(row.row.median_seconds),
         row.particle_steps_per_second / 1e6,
-        row.row.threads,
+        output::several(row.row.threads as u64, "thread"),
         row.row.precision,
         output::count(row.row.particles as u64),
         radius,

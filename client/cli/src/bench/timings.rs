@@ -14,7 +14,10 @@ use nappe_sim::{
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::sample::{self, Sample};
-use crate::error::{CliError, Exit, Result};
+use crate::{
+    error::{CliError, Exit, Result},
+    output,
+};
 
 /// Hashes that are timed.
 const HASHES: usize = 5;
@@ -94,10 +97,10 @@ pub(crate) fn build(setup: &WorldSetup, precision: Precision) -> Result<Simulati
 }
 
 fn runner(setup: &WorldSetup, precision: Precision, threads: usize) -> Result<Runner> {
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
+        let threads = output::several(threads as u64, "thread");
+        CliError::failure(format!("cannot start {threads}: {error}"))
+    })?;
     Ok(Runner { pool, simulation: build(setup, precision)?, samples: Vec::new() })
 }
 

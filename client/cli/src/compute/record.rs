@@ -8,6 +8,7 @@ use nappe_client::{Client, v1};
 
 use crate::{
     error::{CliError, Result},
+    output,
     save::Recording,
     viewer::{Child, Failure, Place},
 };
@@ -54,8 +55,8 @@ pub(super) async fn follow(
     match ended {
         Ok(shown) if shown.finished => Ok(()),
         Ok(shown) => Err(CliError::failure(format!(
-            "nappe-viewer was ended before the session: {} frames are recorded",
-            shown.frames
+            "nappe-viewer was ended before the session, with {} recorded",
+            output::several(shown.frames, "frame")
         ))),
         Err(failure) if told_by(&failure, client, id).await => Ok(()),
         Err(failure) => Err(failure.into()),

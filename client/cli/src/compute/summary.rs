@@ -158,18 +158,23 @@ impl Summary {
 
     /// How many ranks, if there are any.
     fn of_ranks(&self) -> String {
-        if self.ranks > 0 { format!("{} ranks of ", self.ranks) } else { String::new() }
+        if self.ranks > 0 {
+            format!("{} of ", output::several(self.ranks.into(), "rank"))
+        } else {
+            String::new()
+        }
     }
 
     /// A table of what ran and how fast.
     pub(crate) fn text(&self) -> String {
         let step_seconds = self.seconds / self.taken.max(1) as f64;
         let factor = self.taken as f64 * self.dt / self.seconds.max(f64::MIN_POSITIVE);
+        let threads = output::several(self.threads.into(), "thread");
         let mut rows = vec![
             ("scene", self.scene.clone()),
             (
                 "particles",
-                format!("{}, {} springs", output::count(self.particles), output::count(self.springs)),
+                format!("{}, {}", output::count(self.particles), output::several(self.springs, "spring")),
             ),
             ("steps", format!("{} of {} s", output::count(self.steps), self.dt)),
             ("simulated", output::moment(self.time)),
@@ -178,7 +183,7 @@ impl Summary {
                 format!("{}, {} per step", output::time(self.seconds), output::time(step_seconds)),
             ),
             ("real-time factor", format!("{factor:.2}")),
-            ("with", format!("{}{} threads, {}", self.of_ranks(), self.threads, self.precision)),
+            ("with", format!("{}{threads}, {}", self.of_ranks(), self.precision)),
             ("energy at the end", format!("{} J", six_digits(self.energy_at_end))),
         ];
 
@@ -205,7 +210,8 @@ impl Summary {
             rows.push(("state hash", hash.clone()));
         }
         if let Some(saved) = &self.saved {
-            rows.push(("saved", format!("{} frames in {}", output::count(self.frames), saved.display())));
+            let frames = output::several(self.frames, "frame");
+            rows.push(("saved", format!("{frames} in {}", saved.display())));
         }
 
         let rows: Vec<Vec<String>> =

@@ -4,7 +4,7 @@ use nappe_study::{Dropped, End, Plan, Row, Tried};
 
 use crate::{
     chart::words::{limit, steps},
-    output::{Column, length, moment, table, time},
+    output::{Column, length, moment, several, table, time},
 };
 
 /// A method in steps.
@@ -103,15 +103,15 @@ fn verified(plan: &Plan) -> Option<String> {
 /// How far it runs as a scene.
 fn reach(plan: &Plan) -> Option<String> {
     let reach = plan.reach.as_ref()?;
-    let (steps, until) = (reach.steps, moment(reach.until));
+    let (steps, until) = (several(reach.steps, "step"), moment(reach.until));
     Some(match &reach.end {
         End::Reached => format!("The scene was run so to its end, {until}."),
         End::Failed(failure) => {
             let cause = &failure.cause;
-            format!("The scene may be run so until {until}, {steps} steps: the next one fails, {cause}.")
+            format!("The scene may be run so until {until}, {steps}: the next one fails, {cause}.")
         }
         End::Cut(_) | End::Costly => {
-            format!("The scene may be run so until {until}, {steps} steps: not run beyond it: out of time.")
+            format!("The scene may be run so until {until}, {steps}: not run beyond it: out of time.")
         }
     })
 }

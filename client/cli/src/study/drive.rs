@@ -9,7 +9,7 @@ use rayon::ThreadPoolBuilder;
 
 use crate::{
     error::{CliError, Exit, Result},
-    remote,
+    output, remote,
 };
 
 /// Computes on so many threads of its own, until its seconds are over, if they are limited, or a signal comes. The work is given
@@ -22,10 +22,10 @@ pub(crate) fn compute<T: Send + 'static>(
     seconds: Option<Duration>,
     work: impl FnOnce(&Budget, &dyn Fn(&str)) -> T + Send + 'static,
 ) -> Result<T> {
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
+        let threads = output::several(threads as u64, "thread");
+        CliError::failure(format!("cannot start {threads}: {error}"))
+    })?;
     let budget = Budget::start(seconds).map_err(|error| {
         CliError::failure(format!("cannot start a thread that looks at the time: {error}"))
     })?;

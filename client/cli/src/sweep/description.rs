@@ -4,14 +4,17 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
+use super::part::Part;
+
 /// Keys of a description, and the options that they come from.
-const OPTIONS: [(&str, &str); 6] = [
+const OPTIONS: [(&str, &str); 7] = [
     ("keys", "keys of --set"),
     ("values", "values of --set"),
     ("steps", "--steps"),
     ("until_s", "--until"),
     ("save", "--save"),
     ("measures", "--measure"),
+    ("part", "--part"),
 ];
 
 /// A sweep that was asked for: an object of JSON.
@@ -21,6 +24,42 @@ pub(crate) struct Description(Value);
 impl Description {
     pub(crate) fn new(object: Value) -> Self {
         Self(object)
+    }
+
+    /// What the text of a sweep.json says was asked for; none if it is none.
+    pub(crate) fn read(text: &str) -> Option<Self> {
+        let mut value = serde_json::from_str::<Value>(text).ok()?;
+        value.as_object_mut()?.remove("complete");
+        Some(Self(value))
+    }
+
+    /// The part that it asks for; none where it is of a whole sweep.
+    pub(crate) fn part(&self) -> Option<Part> {
+        Part::parse(self.0["part"].as_str()?).ok()
+    }
+
+    /// The same of the whole sweep.
+    pub(crate) fn of_whole(&self) -> Self {
+        let mut value = self.0.clone();
+        if let Some(object) = value.as_object_mut() {
+            object.remove("part");
+        }
+        Self(value)
+    }
+
+    /// The scene, as it was named.
+    pub(crate) fn scene(&self) -> &str {
+        self.0["scene"].as_str().unwrap_or_default()
+    }
+
+    /// A list of texts, by the key that it stands under.
+    pub(crate) fn texts(&self, key: &str) -> Option<Vec<String>> {
+        self.0[key].as_array()?.iter().map(|text| text.as_str().map(str::to_owned)).collect()
+    }
+
+    /// How many runs the whole sweep has.
+    pub(crate) fn run_count(&self) -> Option<usize> {
+        self.0["values"].as_array().map(Vec::len)
     }
 
     /// The text of sweep.json when so many of its runs have their rows. Whether all have is no part of what was asked for.
@@ -114,6 +153,23 @@ mod tests {
             "until_s": 0.2,
             "files": files,
         }))
+    }
+
+    #[test]
+    fn a_part_differs_from_another_one_and_not_in_what_the_whole_was_asked_for() {
+        let whole = description("1", &[], 5);
+        let part = |part: &str| {
+            let mut value = whole.0.clone();
+            value["part"] = json!(part);
+            Description(value)
+        };
+        let [first, second] = ["1/2", "2/2"].map(part);
+        assert_eq!(second.differences(&first.text(0, 1)), ["the arguments are others (--part)"]);
+        assert_eq!(whole.differences(&first.text(0, 1)), ["the arguments are others (--part)"]);
+        let read = Description::read(&first.text(0, 1)).expect("a description");
+        assert_eq!((read.part(), whole.part()), (Part::parse("1/2").ok(), None));
+        assert_eq!([read.of_whole(), second.of_whole()], [whole.clone(), whole]);
+        assert!(Description::read("[1]").is_none() && Description::read("").is_none());
     }
 
     #[test]

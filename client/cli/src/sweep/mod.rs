@@ -2,6 +2,7 @@
 //!
 //! Enters: a scene and values of its keys. Leaves: sweep.csv, sweep.json, a picture, the ends of runs where they are kept.
 
+mod part;
 mod split;
 mod combos;
 mod end;
@@ -12,6 +13,7 @@ mod run;
 mod description;
 pub(crate) mod lock;
 mod table;
+mod join;
 mod picture;
 
 use std::{
@@ -30,8 +32,10 @@ pub(crate) use self::{
     combos::{Set, combinations},
     description::Description,
     end::End,
+    join::Parts,
     measure::{Measure, check_distinct},
     meshes::{Meshes, named, named_by_any},
+    part::Part,
     picture::picture_files,
     run::Common,
     table::{Columns, Table},
@@ -47,6 +51,8 @@ pub(crate) struct Sweep {
     pub(crate) keys: Vec<String>,
     /// Values of the keys in each run.
     pub(crate) values: Vec<Vec<String>>,
+    /// Which of the runs are computed.
+    pub(crate) part: Part,
     pub(crate) common: Common,
     /// Where ends of runs are kept, if they are.
     pub(crate) ends: Option<PathBuf>,
@@ -70,7 +76,7 @@ impl Sweep {
 
     /// What becomes of a run; none where the sweep was told to stop.
     fn run(&self, run: usize, is_stopped: &dyn Fn() -> bool) -> Result<Option<Vec<String>>> {
-        let end = self.ends.as_ref().map(|folder| folder.join(format!("run-{run:06}.ply")));
+        let end = self.ends.as_ref().map(|folder| folder.join(run::end_file(run)));
         let ran = match self.scene(run) {
             Ok(scene) => run::run(&scene, &self.common, end.as_deref(), is_stopped)?,
             Err(cause) => Some(run::Ran::refused(cause)),
@@ -92,7 +98,8 @@ impl Sweep {
         budget: &Budget,
         tell: &dyn Fn(&str),
     ) -> Result<()> {
-        let open: Vec<usize> = (0..self.values.len()).filter(|run| !table.has(*run)).collect();
+        let is_open = |run: &usize| self.part.has(*run) && !table.has(*run);
+        let open: Vec<usize> = (0..self.values.len()).filter(is_open).collect();
         let next = AtomicUsize::new(0);
         let (sender, rows) = mpsc::channel();
         let work = |sender: mpsc::Sender<Result<(usize, Vec<String>)>>| {
@@ -125,7 +132,7 @@ impl Sweep {
             for row in rows {
                 let (run, fields) = row?;
                 table.add(run, &fields)?;
-                tell(&format!("{} of {} runs", table.len(), self.values.len()));
+                tell(&format!("{} of {} runs", table.len(), table.runs()));
             }
             Ok(())
         });

@@ -21,6 +21,11 @@ use crate::{
     write::{self, Existing},
 };
 
+/// Name of the file in which the end of a run is kept.
+pub(crate) fn end_file(run: usize) -> String {
+    format!("run-{run:06}.ply")
+}
+
 /// What all runs of a sweep have in common.
 pub(crate) struct Common {
     pub(crate) meshes: Meshes,

@@ -10,6 +10,7 @@ use std::{
 use super::{
     description::Description,
     measure::Measure,
+    part::Part,
     run::{AFTER, BEFORE},
 };
 use crate::{
@@ -23,7 +24,10 @@ pub(crate) struct Table {
     folder: PathBuf,
     path: PathBuf,
     description: Description,
-    runs: usize,
+    /// Runs of the whole sweep.
+    all: usize,
+    /// Which of them have rows here.
+    part: Part,
     header: String,
     file: File,
     /// Lines by the numbers of their runs.
@@ -38,7 +42,7 @@ pub(crate) struct Columns<'a> {
 
 impl Columns<'_> {
     /// Their names, in a line.
-    fn header(&self) -> String {
+    pub(super) fn header(&self) -> String {
         let keys = self.keys.iter().map(String::as_str);
         let measures = self.measures.iter().map(|measure| measure.name.as_str());
         let names = ["run"].into_iter().chain(keys).chain(BEFORE).chain(measures).chain(AFTER);
@@ -47,7 +51,8 @@ impl Columns<'_> {
 }
 
 impl Table {
-    /// Begins a sweep of so many runs in a folder, or goes on with one of the same description where that is not to be overwritten.
+    /// Begins a part of a sweep of so many runs in a folder, or goes on with one of the same description where that is not to be
+    /// overwritten.
     ///
     /// # Errors
     /// A folder that holds another sweep, which stays, and files that cannot be read or written.
@@ -55,7 +60,8 @@ impl Table {
         folder: &Path,
         description: Description,
         columns: &Columns<'_>,
-        runs: usize,
+        all: usize,
+        part: Part,
         existing: Existing,
     ) -> Result<Self> {
         let told = folder.join("sweep.json");
@@ -74,13 +80,13 @@ impl Table {
             }
             _ => {
                 clear(folder, existing)?;
-                write::write_whole(&told, description.text(0, runs).as_bytes(), existing)?;
+                write::write_whole(&told, description.text(0, part.count(all)).as_bytes(), existing)?;
                 write::write_whole(&path, header.as_bytes(), existing)?;
             }
         }
-        let lines = lines(&path, &header, runs)?;
+        let lines = lines(&path, &header, all, part)?;
         let (folder, file) = (folder.to_owned(), writer(&path)?);
-        let mut table = Self { folder, path, description, runs, header, file, lines };
+        let mut table = Self { folder, path, description, all, part, header, file, lines };
         // A line that was cut off is made again.
         table.rewrite()?;
         Ok(table)
@@ -93,7 +99,7 @@ impl Table {
 
     /// How many runs there are.
     pub(crate) fn runs(&self) -> usize {
-        self.runs
+        self.part.count(self.all)
     }
 
     /// How many runs have their lines.
@@ -103,7 +109,7 @@ impl Table {
 
     /// Whether all runs have their lines.
     pub(crate) fn is_complete(&self) -> bool {
-        self.len() == self.runs
+        self.len() == self.runs()
     }
 
     /// The fields of each row, in the order of runs.
@@ -136,7 +142,7 @@ impl Table {
         let text: String = std::iter::once(&self.header).chain(self.lines.values()).cloned().collect();
         write::write_whole(&self.path, text.as_bytes(), Existing::Overwritten)?;
         self.file = writer(&self.path)?;
-        let told = self.description.text(self.len(), self.runs);
+        let told = self.description.text(self.len(), self.runs());
         write::write_whole(&self.folder.join("sweep.json"), told.as_bytes(), Existing::Overwritten)
     }
 }
@@ -167,11 +173,11 @@ fn writer(path: &Path) -> Result<File> {
     opened.map_err(|error| CliError::file("write", path, &error))
 }
 
-/// Whole lines of runs that are there.
+/// Whole lines that are there of the runs of a part, by the numbers of the runs.
 ///
 /// # Errors
 /// A table that cannot be read, or has other columns.
-fn lines(path: &Path, header: &str, runs: usize) -> Result<BTreeMap<usize, String>> {
+pub(super) fn lines(path: &Path, header: &str, all: usize, part: Part) -> Result<BTreeMap<usize, String>> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
@@ -191,7 +197,7 @@ fn lines(path: &Path, header: &str, runs: usize) -> Result<BTreeMap<usize, Strin
     let whole = rows.split_inclusive('\n').filter(|line| line.ends_with('\n'));
     let numbered = whole.filter_map(|line| {
         let fields = fields(line.trim_end());
-        let run = fields.first()?.parse::<usize>().ok().filter(|run| *run < runs)?;
+        let run = fields.first()?.parse::<usize>().ok().filter(|run| *run < all && part.has(*run))?;
         (fields.len() == columns).then(|| (run, line.to_owned()))
     });
     Ok(numbered.collect())

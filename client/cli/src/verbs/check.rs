@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::{
     error::{CliError, Result},
+    mesh_info::Overlaps,
     meshes,
     output::{self, Column, Format, OutputArgs},
     study::Source,
@@ -25,8 +26,9 @@ Examples:
   nappe check my.toml          every error with its line; else particles, springs and meshes of colliders
   nappe check my.toml --json   one object, with the warnings
 
-Of each collider that is a mesh it says the triangles, the holes that close_holes filled, and the volume. Of each body it
-says how often an edge crosses a triangle at the start, and the first such pair; with a thickness that is an error.")]
+Of each collider that is a mesh it says the triangles, the holes that close_holes filled, the parts that no edge joins, and
+the volume of their union; it warns of parts that overlap or are turned the wrong way. Of each body it says how often an
+edge crosses a triangle at the start, and the first such pair; with a thickness that is an error.")]
 pub(crate) struct CheckArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -63,7 +65,13 @@ struct Collider {
     name: String,
     triangles: usize,
     holes_closed: usize,
-    /// Volume (m³).
+    /// Parts that no edge joins, and those of them that are holes in others.
+    parts: usize,
+    holes: usize,
+    /// The first triangles of the parts that were turned round.
+    turned: Vec<u32>,
+    overlaps: Option<Overlaps>,
+    /// Volume (m³) of the union.
     volume: f64,
 }
 
@@ -84,6 +92,10 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
         name: solid.name,
         triangles: solid.triangles,
         holes_closed: solid.holes_closed,
+        parts: solid.parts.count,
+        holes: solid.parts.holes,
+        turned: solid.parts.turned,
+        overlaps: solid.parts.overlaps.map(Overlaps::from),
         volume: solid.volume,
     });
     let checked = Checked {
@@ -126,8 +138,9 @@ fn crossings(setup: &WorldSetup) -> Vec<Crossing> {
 fn in_words(checked: &Checked<'_>) -> String {
     let count = |count: usize| output::count(count as u64);
     let Checked { scene, particles, springs, colliders, crossings, .. } = checked;
-    let mut sentence =
-        format!("{scene}: no errors; {} particles, {} springs", count(*particles), count(*springs));
+    let particles = output::several(*particles as u64, "particle");
+    let springs = output::several(*springs as u64, "spring");
+    let mut sentence = format!("{scene}: no errors; {particles}, {springs}");
     for crossing in crossings {
         let _ = write!(sentence, "\n{}", told(crossing));
     }
@@ -135,13 +148,15 @@ fn in_words(checked: &Checked<'_>) -> String {
         return sentence;
     }
     let row = |collider: &Collider| {
-        let Collider { name, triangles, holes_closed, volume } = collider;
-        vec![name.clone(), count(*triangles), count(*holes_closed), format!("{} m^3", four_digits(*volume))]
+        let Collider { name, triangles, holes_closed, parts, volume, .. } = collider;
+        let volume = format!("{} m^3", four_digits(*volume));
+        vec![name.clone(), count(*triangles), count(*holes_closed), count(*parts), volume]
     };
     let columns = [
         Column::Left("collider"),
         Column::Right("triangles"),
         Column::Right("holes closed"),
+        Column::Right("parts"),
         Column::Right("volume"),
     ];
     let rows: Vec<Vec<String>> = colliders.iter().map(row).collect();

@@ -160,10 +160,10 @@ fn write(mesh: &TriangleMesh, path: &Path, force: ForceArgs, format: Format) -> 
             &serde_json::json!({ "out": path, "files": files, "points": points, "triangles": triangles }),
         ),
         Format::Text => output::line(&format!(
-            "{}: {} points, {} triangles",
+            "{}: {}, {}",
             path.display(),
-            output::count(points as u64),
-            output::count(triangles as u64)
+            output::several(points as u64, "point"),
+            output::several(triangles as u64, "triangle")
         )),
     }
 }

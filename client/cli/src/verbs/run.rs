@@ -19,6 +19,7 @@ Examples:
   nappe run flag --save flag.html                with every frame in a page that any browser opens
   nappe run flag --save flag.rrd                 with a Rerun recording of every frame
   nappe run my.toml --save frames --steps 200    a scene file, PLY files in the folder frames
+  nappe run flag --set 'wind=[4,0,0]' --set dt=0.01   with other values of its keys
   nappe run my.toml --save frames --fields velocity   PLY files from which a run can go on
   nappe run my.toml --resume frames              that run goes on from its last frame; Ctrl-C prints this line
   nappe run my.toml --start frames/frame-000012.ply --save other   another run begins at one of its frames
@@ -44,12 +45,23 @@ run that has ended prints ended, steps and saved.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,
+    /// A key of the scene and the value that it takes, as in `nappe sweep`
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = set)]
+    sets: Vec<(String, String)>,
     #[command(flatten)]
     compute: ComputeArgs,
     #[command(flatten)]
     server: OtherServerArgs,
     #[command(flatten)]
     output: OutputArgs,
+}
+
+/// `KEY=VALUE`.
+fn set(text: &str) -> std::result::Result<(String, String), String> {
+    match text.split_once('=').map(|(key, value)| (key.trim(), value.trim())) {
+        Some((key, value)) if !key.is_empty() && !value.is_empty() => Ok((key.to_owned(), value.to_owned())),
+        _ => Err(format!("'{text}' is no KEY=VALUE")),
+    }
 }
 
 /// Runs `nappe run`.
@@ -59,6 +71,10 @@ pub(crate) struct RunArgs {
 /// the user ends it.
 pub(crate) fn run(args: &RunArgs) -> Result<()> {
     let server = Server::new(&args.server);
-    let scene = Input::read(&args.scene, server.names())?;
+    let scene = if args.sets.is_empty() {
+        Input::read(&args.scene, server.names())?
+    } else {
+        Input::with_values(&args.scene, &args.sets)?
+    };
     remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
 }

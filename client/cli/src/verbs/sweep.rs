@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use nappe_scene::Scene;
 use nappe_server::numbers::{Least, SECONDS, real, whole};
 use serde_json::{Value, json};
@@ -10,11 +10,11 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
     error::{CliError, Exit, Result},
-    output::{self, OutputArgs},
+    output::{self, Format, OutputArgs},
     study::{self, Source, files},
     sweep::{
-        Columns, Common, Description, End, Measure, Meshes, Set, Sweep, Table, check_distinct, combinations,
-        folder_of, lock, named, named_by_any, picture_files,
+        Columns, Common, Description, End, Measure, Meshes, Part, Parts, Set, Sweep, Table, check_distinct,
+        combinations, folder_of, lock, named, named_by_any, picture_files,
     },
     write::{self, Existing, ForceArgs},
 };
@@ -41,8 +41,48 @@ all steps).
 
 It writes sweep.csv, one row per run, appended as runs end and sorted when all are done; sweep.json, what was asked for; and with
 one key or two a picture, sweep.svg and sweep.png. An interrupted sweep resumes when it is started again with the same arguments,
-scene and meshes; with --force it begins anew. With --json the last line is one object with the paths.")]
+scene and meshes; with --force it begins anew. With --json the last line is one object with the paths.
+
+Jobs of a cluster compute parts of it, each in a folder of its own: --part 3/20 takes the third of twenty, whose rows have the
+numbers that they have in the whole sweep. `nappe sweep join part-* --out study` puts the parts together.")]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true
+)]
 pub(crate) struct SweepArgs {
+    #[command(subcommand)]
+    action: Option<Action>,
+    #[command(flatten)]
+    runs: Option<RunsArgs>,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Subcommand, Debug)]
+enum Action {
+    /// Put parts of a sweep together that --part computed
+    Join(JoinArgs),
+}
+
+#[derive(Args, Debug)]
+struct JoinArgs {
+    /// Folders of the parts, each that of its --out
+    #[arg(value_name = "DIR", required = true)]
+    parts: Vec<PathBuf>,
+    /// Folder for the files of the whole sweep
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Args, Debug)]
+struct RunsArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
     /// A key, and the values that it takes, or with --sample their range
@@ -66,16 +106,15 @@ pub(crate) struct SweepArgs {
     /// What is measured of each run, a column each: body.NAME.lowest, snow.NAME.centre.x, collider.NAME.force.y, ...
     #[arg(long = "measure", value_name = "MEASURE,...", value_delimiter = ',', value_parser = Measure::parse)]
     measures: Vec<Measure>,
+    /// One part of the runs, the Kth of N, for jobs that compute them side by side
+    #[arg(long, value_name = "K/N", value_parser = Part::parse)]
+    part: Option<Part>,
     /// Keep the end of each run as a PLY file
     #[arg(long)]
     save: bool,
     /// Runs side by side, each on one thread [default: all cores]
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
-    #[command(flatten)]
-    force: ForceArgs,
-    #[command(flatten)]
-    output: OutputArgs,
 }
 
 /// Runs `nappe sweep`.
@@ -84,38 +123,78 @@ pub(crate) struct SweepArgs {
 /// When the scene cannot be read, a key, a value or a measure is not allowed, the folder holds another sweep or one is running there,
 /// a file cannot be written, or the user ends it: rows that are there stay. That a run fails is a row, and no error.
 pub(crate) fn run(args: &SweepArgs) -> Result<()> {
+    match (&args.action, &args.runs) {
+        (Some(Action::Join(args)), _) => join(args),
+        (None, Some(runs)) => compute(runs, args.force.existing(), args.output.format()),
+        (None, None) => Err(CliError::usage("a scene is needed, with --set and --out")),
+    }
+}
+
+fn compute(args: &RunsArgs, existing: Existing, format: Format) -> Result<()> {
     let text = Source::text(&args.scene)?;
     let sweep = asked(args, &text)?;
     let description = description(args, &text, &sweep);
     files::check_folder(&args.out)?;
     let _lock = lock::take(&args.out)?;
-    let (runs, existing) = (sweep.values.len(), args.force.existing());
-    let mut table = Table::open(&args.out, description, &columns(&sweep), runs, existing)?;
+    let all = sweep.values.len();
+    let mut table = Table::open(&args.out, description, &columns(&sweep), all, sweep.part, existing)?;
 
     let threads = study::threads(args.threads);
     let (sweep, table) = study::compute(threads, None, move |budget, tell| {
         sweep.go(&mut table, threads, budget, tell).map(|()| (sweep, table))
     })??;
-    let mut written = vec![args.out.join("sweep.csv"), args.out.join("sweep.json")];
-    let name = Path::new(&args.scene).file_stem().unwrap_or_default().to_string_lossy();
-    for (name, bytes) in picture_files(&name, &columns(&sweep), &table)? {
-        let path = args.out.join(name);
-        write::write_whole(&path, &bytes, Existing::Overwritten)?;
-        written.push(path);
-    }
-    say(args, &table, &written)?;
+    // Of a part alone nothing is drawn.
+    let drawn = args.part.is_none().then(|| columns(&sweep));
+    let written = finish(&args.out, &args.scene, drawn.as_ref(), &table)?;
+    say(&args.scene, args.part, format, &table, &written)?;
     if !table.is_complete() {
         let message = format!(
-            "interrupted: sweep.csv has {} of {runs} runs; it resumes when it is started again",
-            table.len()
+            "interrupted: sweep.csv has {} of {} runs; it resumes when it is started again",
+            table.len(),
+            table.runs()
         );
         return Err(CliError::new(Exit::Interrupted, message));
     }
     Ok(())
 }
 
+/// Puts parts together. One that lacks rows is told, once the others are there.
+fn join(args: &JoinArgs) -> Result<()> {
+    let parts = Parts::read(&args.parts)?;
+    files::check_folder(&args.out)?;
+    let _lock = lock::take(&args.out)?;
+    let table = parts.put_into(&args.out, args.force.existing())?;
+    let written = finish(&args.out, &parts.scene, Some(&parts.columns()), &table)?;
+    say(&parts.scene, None, args.output.format(), &table, &written)?;
+    let lacking = parts.lacking(&table);
+    if lacking.is_empty() {
+        return Ok(());
+    }
+    let message = format!(
+        "sweep.csv has {} of {} runs; parts that lack some: {}",
+        table.len(),
+        table.runs(),
+        lacking.join(", ")
+    );
+    let hint = "join again once they have all of them, or start the sweep in this folder without --part";
+    Err(CliError::failure(message).hint(hint))
+}
+
+/// Draws what these columns hold, if anything is to be drawn; the paths of all files that a sweep has written.
+fn finish(out: &Path, scene: &str, drawn: Option<&Columns<'_>>, table: &Table) -> Result<Vec<PathBuf>> {
+    let mut written = vec![out.join("sweep.csv"), out.join("sweep.json")];
+    let Some(columns) = drawn else { return Ok(written) };
+    let name = Path::new(scene).file_stem().unwrap_or_default().to_string_lossy();
+    for (name, bytes) in picture_files(&name, columns, table)? {
+        let path = out.join(name);
+        write::write_whole(&path, &bytes, Existing::Overwritten)?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
 /// What is asked for, with its meshes.
-fn asked(args: &SweepArgs, text: &str) -> Result<Sweep> {
+fn asked(args: &RunsArgs, text: &str) -> Result<Sweep> {
     let scene = Scene::parse(text, &args.scene)?;
     let sample = args.sample.map(|count| (count, args.seed));
     let values = combinations(&args.sets, sample)?;
@@ -127,18 +206,19 @@ fn asked(args: &SweepArgs, text: &str) -> Result<Sweep> {
     let meshes = Meshes::read(&names, &folder_of(Path::new(&args.scene)));
     let common = Common { meshes, end, measures: args.measures.clone() };
     let ends = args.save.then(|| args.out.clone());
-    let sweep = Sweep { scene, keys, values, common, ends };
+    let part = args.part.unwrap_or(Part::WHOLE);
+    let sweep = Sweep { scene, keys, values, part, common, ends };
     sweep.check_measures()?;
     Ok(sweep)
 }
 
 /// What a sweep has to have in common with one that goes on.
-fn description(args: &SweepArgs, text: &str, sweep: &Sweep) -> Description {
+fn description(args: &RunsArgs, text: &str, sweep: &Sweep) -> Description {
     let Sweep { keys, values, common, .. } = sweep;
     let measures: Vec<&str> = common.measures.iter().map(|measure| measure.name.as_str()).collect();
     let file = |(file, hash): (&String, &Option<String>)| json!({ "file": file, "hash": hash });
     let files: Vec<Value> = common.meshes.hashes.iter().map(file).collect();
-    Description::new(json!({
+    let mut asked = json!({
         "scene": args.scene,
         "scene_hash": output::hash(xxh3_64(text.as_bytes())),
         "version": env!("CARGO_PKG_VERSION"),
@@ -149,7 +229,11 @@ fn description(args: &SweepArgs, text: &str, sweep: &Sweep) -> Description {
         "save": args.save,
         "measures": measures,
         "files": files,
-    }))
+    });
+    if let Some(part) = args.part {
+        asked["part"] = json!(part.to_string());
+    }
+    Description::new(asked)
 }
 
 fn columns(sweep: &Sweep) -> Columns<'_> {
@@ -175,20 +259,21 @@ fn check(scene: &Scene, file: &str, sets: &[Set]) -> Result<Vec<usize>> {
     if wrong.is_empty() { Ok(choosing) } else { Err(CliError::usage(wrong.join("\n"))) }
 }
 
-fn say(args: &SweepArgs, table: &Table, written: &[PathBuf]) -> Result<()> {
+fn say(scene: &str, part: Option<Part>, format: Format, table: &Table, written: &[PathBuf]) -> Result<()> {
     let (runs, rows, ok) = (table.runs(), table.len(), table.ok_count());
     let json = json!({
-        "scene": args.scene,
+        "scene": scene,
+        "part": part.map(|part| part.to_string()),
         "runs": runs,
         "rows": rows,
         "ok": ok,
         "complete": table.is_complete(),
         "files": written,
     });
-    let finished = format!("{ok} of {runs} runs finished");
+    let finished = format!("{ok} of {} finished", output::several(runs as u64, "run"));
     let words = match rows - ok {
         0 => format!("{finished}."),
         others => format!("{finished}; {others} did not."),
     };
-    files::say(args.output.format(), &json, &words, written)
+    files::say(format, &json, &words, written)
 }

@@ -141,8 +141,8 @@ fn print(args: &ViewArgs, id: &str, shown: Shown) -> Result<()> {
             "saved": args.save,
         })),
         Format::Text => output::line(&format!(
-            "{} frames shown, {} left out; the session {}",
-            output::count(shown.frames),
+            "{} shown, {} left out; the session {}",
+            output::several(shown.frames, "frame"),
             output::count(shown.dropped),
             if shown.finished { "has ended" } else { "goes on" },
         )),

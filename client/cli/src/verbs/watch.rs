@@ -69,7 +69,10 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
         };
         match args.session.output.format() {
             Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),
-            Format::Text => output::line(&format!("{count} frames in {}", path.display())),
+            Format::Text => {
+                let frames = output::several(count, "frame");
+                output::line(&format!("{frames} in {}", path.display()))
+            }
         }
     })
 }

@@ -67,6 +67,22 @@ fn errors_of_a_scene_are_all_told_and_nothing_else() {
 }
 
 #[test]
+fn a_mesh_file_that_is_missing_is_told_in_the_line_that_names_it() {
+    let folder = folder();
+    let scene = scene(folder.path(), ", close_holes = true");
+    fs::remove_file(folder.path().join("tip.obj")).expect("it is there");
+    let line = SMALL_SCENE.lines().count() + 4;
+    for verb in ["check", "run"] {
+        let done = nappe(&[verb, &scene]);
+        assert_eq!(done.code, Some(1), "{done:?}");
+        let place = format!("scene.toml:{line}:");
+        assert!(done.stderr.contains(&place), "{place}: {}", done.stderr);
+        assert!(done.stderr.contains("collider[0].mesh.file: names "), "{}", done.stderr);
+        assert!(done.stderr.contains("tip.obj, which cannot be read: "), "{}", done.stderr);
+    }
+}
+
+#[test]
 fn shipped_scenes_are_checked_by_name() {
     let plain = nappe(&["check", "flag", "--json"]).ok().json();
     assert_eq!(plain["colliders"], json!([]));

@@ -106,7 +106,7 @@ fn scripts_of_other_shells_have_the_verbs_and_zsh_a_function_for_each_argument_w
     }
     let zsh = nappe(&["completions", "zsh"]).ok().stdout;
     assert!(zsh.starts_with("#compdef nappe\n"), "{zsh}");
-    for (function, count) in [("_nappe_scenes", 8), ("_nappe_sessions", 11)] {
+    for (function, count) in [("_nappe_scenes", 9), ("_nappe_sessions", 11)] {
         assert_eq!(zsh.matches(&format!(":{function}' \\\n")).count(), count, "{function}");
         assert_eq!(zsh.matches(&format!("\n{function}() {{\n")).count(), 1, "{function}");
     }

@@ -101,6 +101,7 @@ fn verbs_that_print_take_json() {
         ["mesh", "grid"],
         ["mesh", "convert"],
         ["mesh", "info"],
+        ["scenes", "coarser"],
         ["bench", "zara"],
         ["bench", "cloth"],
         ["bench", "stream"],
@@ -124,6 +125,21 @@ fn a_wrong_command_line_ends_with_2_and_says_what_is_near() {
     let still = nappe(&["play", "x", "--real-time-factor", "0"]);
     assert_eq!(still.code, Some(2));
     assert!(still.stderr.contains("a number above 0 is needed, such as 1"), "{}", still.stderr);
+}
+
+#[test]
+fn nobody_is_told_to_write_an_unknown_option_behind_two_dashes() {
+    for args in
+        [&["run", "flag", "--fps", "30"][..], &["check", "--colour"], &["sweep", "flag", "--until_s", "1"]]
+    {
+        let done = nappe(args);
+        assert_eq!(done.code, Some(2), "{done:?}");
+        assert!(done.stderr.contains("unexpected argument '--"), "{}", done.stderr);
+        assert!(!done.stderr.contains("'-- -"), "{}", done.stderr);
+    }
+    // What is near to an option is named all the same.
+    let done = nappe(&["run", "flag", "--step", "3"]);
+    assert!(done.stderr.contains("'--steps'"), "{}", done.stderr);
 }
 
 #[test]

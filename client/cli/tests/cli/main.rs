@@ -16,6 +16,7 @@ mod summary;
 mod colliders;
 mod mesh;
 mod check;
+mod coarser;
 mod mecasim;
 mod service;
 #[cfg(target_os = "linux")]
@@ -43,4 +44,5 @@ mod loads;
 mod surfaces;
 mod sweep;
 mod sweep_files;
+mod sweep_parts;
 mod snow;

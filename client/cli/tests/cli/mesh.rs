@@ -214,6 +214,7 @@ fn a_mesh_is_described_with_parts_borders_junctions_and_size() {
         "masses": 0, "missing_masses": 0, "pinned": 0, "total_mass": 0.0, "texture_coordinates": 0,
         "min": [0.0, -1.0, 0.0], "max": [2.0, 1.0, 2.0], "size": [2.0, 2.0, 2.0], "diagonal": 12.0_f64.sqrt(),
         "parts": 2, "open_edges": 7, "boundary_loops": 1, "t_junctions": 1, "repeated_triangles": 0,
+        "holes": 0, "turned": [], "overlaps": null,
         "volume": null, "warnings": ["two.obj: no masses: a scene must give them"],
     });
     assert_eq!(described, expected);
@@ -248,4 +249,29 @@ fn a_file_that_cannot_be_read_does_not_keep_others_from_being_described() {
     let volume = closed["volume"].as_f64().expect("a volume");
     assert!((volume - 1.0 / 6.0).abs() < 1e-15, "{closed}");
     assert_eq!((&closed["open_edges"], &closed["parts"]), (&0.into(), &1.into()));
+}
+
+/// Two boxes of 1 m^3 that share 0.36 m^3, each a part.
+const TWO_BOXES: &str = "v -.5 -.5 -.5\nv .5 -.5 -.5\nv -.5 .5 -.5\nv .5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\n\
+    v -.5 .5 .5\nv .5 .5 .5\nv 0 -.3 -.4\nv 1 -.3 -.4\nv 0 .7 -.4\nv 1 .7 -.4\nv 0 -.3 .6\nv 1 -.3 .6\nv 0 .7 .6\n\
+    v 1 .7 .6\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\nf 9 11 12 10\nf 13 14 16 15\n\
+    f 9 10 14 13\nf 11 15 16 12\nf 9 13 15 11\nf 10 12 16 14\n";
+
+#[test]
+fn parts_of_a_closed_mesh_that_overlap_are_told_and_their_volume_is_that_of_the_union() {
+    let folder = folder();
+    fs::write(folder.path().join("boxes.obj"), TWO_BOXES).expect("written");
+    let described = nappe_in(folder.path(), &["mesh", "info", "boxes.obj", "--json"]).ok().json();
+    assert_eq!(
+        (&described["parts"], &described["holes"], &described["turned"], &described["overlaps"]["pairs"]),
+        (&json!(2), &json!(0), &json!([]), &json!(1)),
+        "{described}"
+    );
+    assert_eq!(described["overlaps"]["triangles"], json!([0, 12]));
+    for (volume, exact) in [(&described["overlaps"]["volume"], 0.36), (&described["volume"], 1.64)] {
+        let off = volume.as_f64().expect("a number") / exact - 1.0;
+        assert!(off.abs() < 0.02, "{described}");
+    }
+    let text = nappe_in(folder.path(), &["mesh", "info", "boxes.obj"]).ok().stdout;
+    assert!(text.contains("overlapping pairs: 1, most those that begin with triangles 0 and 12"), "{text}");
 }

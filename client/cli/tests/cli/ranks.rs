@@ -221,6 +221,11 @@ fn ranks_that_cannot_start_are_said_to() {
     launched("mpirun {program}", &["mpirun {program}", "{ranks}"]);
     launched("mpirun {ranks}", &["mpirun {ranks}", "{program}"]);
     launched("ls /{ranks}{program}", &["RANKS_NOT_STARTED", "the launcher ended", "No such file"]);
+    // A launcher that asks for the option that Open MPI asks for.
+    let refusal = "echo 'This can be overridden by adding the --allow-run-as-root option.' >&2\nexit 1\n";
+    fs::write(here.path().join("refuse.sh"), refusal).expect("a script");
+    let told = "It starts jobs of root with --launcher 'sh --allow-run-as-root refuse.sh {ranks} {program}'";
+    launched("sh refuse.sh {ranks} {program}", &["RANKS_NOT_STARTED", told, "This can be overridden"]);
     let solved = SNOW.replace("cell = 0.05", "cell = 0.05\nbeta = 0.5");
     says(
         &[&write_scene(here.path(), &solved), "--rank-program", program],

@@ -309,6 +309,45 @@ fn catches_ctrl_c(process: &Child) -> bool {
 }
 
 #[test]
+fn values_of_keys_are_set_as_if_the_scene_had_them() {
+    let folder = folder();
+    let here = folder.path();
+    let run = |options: &[&str]| nappe_in(here, &[&["run", "scene.toml", "--json"], options].concat());
+    let changed = SMALL_SCENE.replace("steps = 40", "steps = 12\ngravity = [0.0, -1.0, 0.0]");
+    write_scene(here, &changed);
+    let written = run(&[]).ok().json();
+    write_scene(here, SMALL_SCENE);
+    let sets = ["--set", "gravity=[0, -1, 0]", "--set", "steps=12"];
+    let set = run(&sets).ok().json();
+    assert_eq!((&set["steps"], &set["state_hash"]), (&12.into(), &written["state_hash"]), "{set}");
+    let shipped = nappe_in(here, &["run", "hanging_sheet", "--set", "steps=3", "--json"]).ok().json();
+    assert_eq!(shipped["steps"], 3, "{shipped}");
+
+    // A run goes on with the values that it began with.
+    let saved = ["--save", "frames", "--fields", "velocity", "--steps", "6"];
+    run(&[&sets[..], &saved].concat()).ok();
+    let other = run(&["--resume", "frames"]);
+    assert_eq!(other.code, Some(1), "{other:?}");
+    assert!(other.stderr.contains("is another one than when"), "{}", other.stderr);
+    let resumed = run(&[&sets[..], &["--resume", "frames"]].concat()).ok().json();
+    assert_eq!(resumed["state_hash"], written["state_hash"], "{resumed}");
+
+    for (set, told) in [
+        ("gravty=1", "scene.toml: gravty: the scene has no such key; did you mean 'gravity'?"),
+        ("dt=-1", "dt = -1"),
+        ("dt", "'dt' is no KEY=VALUE"),
+        ("=1", "'=1' is no KEY=VALUE"),
+    ] {
+        let done = run(&["--set", set]);
+        assert_eq!(done.code, Some(2), "{done:?}");
+        assert!(done.stderr.contains(told), "{set}: {}", done.stderr);
+    }
+    let twice = run(&["--set", "dt=0.01", "--set", "dt=0.02"]);
+    assert_eq!(twice.code, Some(2), "{twice:?}");
+    assert!(twice.stderr.contains("--set dt: the key is set twice"), "{}", twice.stderr);
+}
+
+#[test]
 fn the_demo_ends_by_itself_and_says_what_ran() {
     let folder = folder();
     let done = nappe_in(folder.path(), &["--steps", "10", "--save", "frames"]).ok();

@@ -7,7 +7,7 @@ import logging
 from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
 from types import TracebackType
-from typing import Any, Literal, overload
+from typing import Any, Literal, NoReturn, overload
 
 from numpy.typing import ArrayLike
 
@@ -139,6 +139,7 @@ class Session(SessionProperties):
         colliders: Poses | None = None,
         at_step: int = 0,
         wait: bool = False,
+        **unknown: NoReturn,
     ) -> Accepted:
         changes = requests.changes(
             gravity=gravity,
@@ -153,6 +154,7 @@ class Session(SessionProperties):
             forces=forces,
             states=states,
             colliders=colliders,
+            **unknown,
         )
         return await self._server._call(requests.update(self._ids, changes, at_step, wait, self.particle_count))
 

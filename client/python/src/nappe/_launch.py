@@ -12,6 +12,7 @@ import os
 import secrets
 import shutil
 import subprocess
+import sysconfig
 import tempfile
 import threading
 import weakref
@@ -35,10 +36,11 @@ _log = logging.getLogger("nappe.server")
 
 
 def program() -> str:
-    """The program: that of `NAPPE_SERVER_PROGRAM`, the one on PATH, or the one built in the repository."""
+    """The program: that of `NAPPE_SERVER_PROGRAM`, the one that a wheel put beside this Python, the one on PATH, or the
+    one built in the repository."""
     if named := os.environ.get("NAPPE_SERVER_PROGRAM"):
         return named
-    if found := shutil.which(_PROGRAM):
+    if found := shutil.which(_PROGRAM, path=sysconfig.get_path("scripts")) or shutil.which(_PROGRAM):
         return found
     target = Path(os.environ.get("CARGO_TARGET_DIR", REPOSITORY / "target"))
     built = target / "release" / _PROGRAM
@@ -46,8 +48,8 @@ def program() -> str:
         return str(built)
     raise Error(
         f"the program {_PROGRAM} is not found",
-        remedy="`cargo install --locked --path server`, in a clone of nappe, puts it on PATH; "
-        "or name it in NAPPE_SERVER_PROGRAM.",
+        remedy="`cargo install --locked --path server`, in a clone of nappe, puts it on PATH; a wheel that "
+        "`cargo xtask wheel` makes there brings it; or name it in NAPPE_SERVER_PROGRAM.",
     )
 
 

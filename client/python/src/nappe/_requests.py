@@ -150,8 +150,9 @@ def pending(ids: tuple[str, str], page_token: str) -> Call[Message]:
 
 
 def changes(**given: Any) -> Changes:
-    """The changes among arguments: those that are not None."""
-    kept: Any = {name: value for name, value in given.items() if value is not None}
+    """The changes among arguments: those that are not None, and those of unknown names, which are refused later."""
+    known = Changes.__annotations__
+    kept: Any = {name: value for name, value in given.items() if value is not None or name not in known}
     return cast(Changes, kept)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from types import TracebackType
-from typing import Any, Literal, overload
+from typing import Any, Literal, NoReturn, overload
 
 from numpy.typing import ArrayLike
 
@@ -149,11 +149,12 @@ class Session(SessionProperties):
         colliders: Poses | None = None,
         at_step: int = 0,
         wait: bool = False,
+        **unknown: NoReturn,
     ) -> Accepted:
         """Changes parameters between two steps, all of them or none; what is not given stays as it is.
 
         See `Changes` for what each means. `at_step`: index of the step before which the change takes effect; 0: the
-        next. With `wait`, answers when it does.
+        next. With `wait`, answers when it does. An argument of another name is refused with the names that there are.
         """
         changes = requests.changes(
             gravity=gravity,
@@ -168,6 +169,7 @@ class Session(SessionProperties):
             forces=forces,
             states=states,
             colliders=colliders,
+            **unknown,
         )
         return self._server._call(requests.update(self._ids, changes, at_step, wait, self.particle_count))
 

@@ -91,7 +91,8 @@ class Topology:
             if body.name == name:
                 return body
         names = ", ".join(repr(body.name) for body in self.bodies)
-        raise Error(f"no body is called {name!r}; there are: {names}")
+        there = f"there are: {names}" if names else "there are none"
+        raise Error(f"no body is called {name!r}; {there}")
 
 
 class TopologyJoiner:

@@ -9,12 +9,14 @@ use super::{
     meshes::{MeshSource, load},
     repair::weld,
     size::{Owner, Size},
+    units,
 };
 use crate::{
     collider::{ColliderMesh, ColliderText},
     error::{ErrorKind, SceneError},
     location::Location,
     mesh::{Holes, MOST_EDGES, Mended, NotClosed, mend},
+    parts::MeshParts,
 };
 
 /// What became of the mesh of a collider.
@@ -26,8 +28,10 @@ pub struct ColliderSolid {
     pub triangles: usize,
     /// Holes that were filled.
     pub holes_closed: usize,
-    /// Volume (m³) that it encloses.
+    /// Volume (m³) that it encloses, that which parts share once.
     pub volume: f64,
+    /// Its parts, which no edge joins.
+    pub parts: MeshParts,
 }
 
 /// A collider made.
@@ -50,12 +54,16 @@ pub(super) fn build(
         let (welded, mended) = mended(mesh, at, meshes, size)?;
         warnings.extend(welded);
         warnings.extend(told(&mended));
-        let Mended { surface, volume, holes, .. } = mended;
+        let parts = MeshParts::of(&mended);
+        warnings.extend(parts.told());
+        let Mended { surface, holes, .. } = mended;
+        warnings.extend(units::question_of_solid(&surface.points, parts.volume));
         solid = Some(ColliderSolid {
             name: text.name.clone(),
             triangles: surface.triangles.len(),
             holes_closed: holes,
-            volume,
+            volume: parts.volume,
+            parts,
         });
         let made = MeshSolid::new(surface.points, surface.triangles);
         let made = made.map_err(|why| at.key("mesh").error(ErrorKind::BadMesh, why))?;
@@ -87,7 +95,11 @@ fn mended(
         *point = motion.apply(point.map(|c| c * text.transform.scale));
     }
     let holes = if text.close_holes { Holes::Filled } else { Holes::Refused };
-    let mended = mend(&moved, holes).map_err(|error| bad(in_words(&error, holes)))?;
+    let is_welded = welded.is_some();
+    let mended = mend(&moved, holes).map_err(|error| {
+        let hint = if is_welded { "" } else { weld_hint(&error) };
+        bad(format!("{}{hint}", in_words(&error, holes)))
+    })?;
     // Triangles that fill holes count too.
     size.add_collider_triangles(&owner, mended.surface.triangles.len() as u64)?;
     Ok((welded, mended))
@@ -100,6 +112,15 @@ fn in_words(error: &NotClosed, holes: Holes) -> String {
             format!("{error}; close_holes = true fills holes of at most {MOST_EDGES} edges")
         }
         _ => error.to_string(),
+    }
+}
+
+/// The key that helps where pieces of a mesh may touch without sharing points.
+fn weld_hint(error: &NotClosed) -> &'static str {
+    if matches!(error, NotClosed::Edge { triangles: 1, .. }) {
+        "; where pieces of it touch and share no points, weld = 1e-6 joins these"
+    } else {
+        ""
     }
 }
 

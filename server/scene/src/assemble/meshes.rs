@@ -10,6 +10,7 @@ use crate::{
     error::{ErrorKind, SceneError},
     location::Location,
     mesh::shipped_torus,
+    scene::Scene,
 };
 
 /// Where a scene's meshes come from.
@@ -47,6 +48,38 @@ pub(super) fn uploaded(id: &str, meshes: &dyn MeshSource) -> Option<Arc<Triangle
     meshes.upload(id).or_else(|| (id == TORUS).then(|| Arc::new(shipped_torus())))
 }
 
+/// The error of a mesh file: one that cannot be opened stands where the scene names it. `at` is the mesh there.
+fn named_at(at: &Location<'_>, error: SceneError) -> SceneError {
+    if error.kind != ErrorKind::Io {
+        return error;
+    }
+    at.key("file")
+        .error(ErrorKind::Io, format!("names {}, which cannot be read: {}", error.file, error.message))
+}
+
+impl Scene {
+    /// The error of a mesh file of the scene: one that cannot be opened stands where the scene first names it.
+    #[must_use]
+    pub fn error_of_mesh_file(&self, file: &str, error: SceneError) -> SceneError {
+        let is_it = |mesh: &Mesh| matches!(mesh, Mesh::File { file: named, .. } if named == file);
+        let root = Location::root(&self.source);
+        let objects = self.snow.as_ref().map_or(&[][..], |snow| snow.objects.as_slice());
+        let body = self.bodies.iter().position(|body| is_it(&body.mesh));
+        let object = objects.iter().position(|object| object.mesh().is_some_and(is_it));
+        let collider =
+            self.colliders.iter().position(|text| text.mesh().is_some_and(|mesh| is_it(&mesh.mesh)));
+        let places = [
+            body.map(|i| root.key("body").index(i)),
+            object.map(|i| root.key("snow").key("object").index(i)),
+            collider.map(|i| root.key("collider").index(i)),
+        ];
+        match places.into_iter().flatten().next() {
+            Some(owner) => named_at(&owner.key("mesh"), error),
+            None => error,
+        }
+    }
+}
+
 /// A mesh that came from outside; one by formula is an error. `at` is where the scene names it.
 pub(super) fn load(
     mesh: &Mesh,
@@ -58,7 +91,7 @@ pub(super) fn load(
             let message = format!("no mesh with the id '{upload}' was uploaded, or it is no longer kept");
             at.key("upload").error(ErrorKind::MeshNotFound, message)
         }),
-        Mesh::File { file, .. } => meshes.file(file).map(Arc::new),
+        Mesh::File { file, .. } => meshes.file(file).map(Arc::new).map_err(|error| named_at(at, error)),
         Mesh::Grid { .. } | Mesh::Chain { .. } | Mesh::CourseGrid { .. } => {
             at.inconsistent("is a formula; allowed here: { file = \"...\" } or { upload = \"...\" }")
         }

@@ -29,7 +29,8 @@ pub(super) fn put_in_order(
             return at.key("unused").inconsistent(message);
         }
         if count > 0 {
-            told.push(format!("unused = \"drop\" leaves out {count} points, which no triangle names"));
+            let points = if count == 1 { "point" } else { "points" };
+            told.push(format!("unused = \"drop\" leaves out {count} {points}, which no triangle names"));
         }
     }
 
@@ -58,10 +59,12 @@ fn weld_in_words(distance: f64, Welded { joined, dropped }: Welded, left: usize)
     let distance = number(distance);
     let flattened = match dropped {
         0 => String::new(),
+        1 => "; 1 triangle has two corners at one point then and is left out".to_owned(),
         _ => format!("; {dropped} triangles have two corners at one point then and are left out"),
     };
     match joined {
         0 => format!("weld = {distance} joins no points: no two are that near to each other"),
+        1 => format!("weld = {distance} joins 1 point to an earlier one, {left} are left{flattened}"),
         _ => format!("weld = {distance} joins {joined} points to earlier ones, {left} are left{flattened}"),
     }
 }

@@ -31,8 +31,6 @@ pub(crate) struct Closed {
     pub(crate) parts: Vec<Part>,
     /// The part of each triangle.
     pub(crate) part_of: Vec<u32>,
-    /// Whether its triangles are turned inwards as a whole.
-    pub(crate) is_inside_out: bool,
 }
 
 /// Why a mesh encloses no solid.
@@ -50,6 +48,8 @@ pub(crate) enum NotClosed {
     Flat,
     /// One of its parts encloses no volume: the one of this triangle.
     FlatPart { triangle: u32 },
+    /// It is too much work to tell which of its parts are holes.
+    Crowded(String),
 }
 
 impl fmt::Display for NotClosed {
@@ -86,6 +86,7 @@ impl fmt::Display for NotClosed {
             Self::FlatPart { triangle } => {
                 write!(f, "has a part that encloses no volume: that of triangle {triangle}")
             }
+            Self::Crowded(why) => f.write_str(why),
         }
     }
 }
@@ -112,15 +113,11 @@ impl Closed {
 
     /// The solid that triangles enclose whose corners are the first of the points at each place.
     pub(super) fn of(points: &[[f64; 3]], kept: Vec<Numbered>) -> Result<Self, NotClosed> {
-        if kept.is_empty() {
-            return Err(NotClosed::Empty);
-        }
-        let joined = check_edges(&kept, points)?;
+        let joined = check_closed(&kept, points)?;
         let (part_of, parts) = parts(points, &kept, joined);
         let triangles: Vec<[u32; 3]> = kept.into_iter().map(|(_, t)| t).collect();
         let (volume, center) = moments(points, &triangles).ok_or(NotClosed::Flat)?;
-        let (is_inside_out, volume) = (volume < 0.0, volume.abs());
-        Ok(Self { points: points.to_vec(), triangles, volume, center, parts, part_of, is_inside_out })
+        Ok(Self { points: points.to_vec(), triangles, volume: volume.abs(), center, parts, part_of })
     }
 
     /// Takes a volume (m³) with its first moment (m⁴) off, which was counted too often.
@@ -143,18 +140,34 @@ impl Closed {
 
 /// The triangles of a mesh by the first of the points at each place; those that name one twice are left out.
 pub(super) fn whole_triangles(mesh: &TriangleMesh) -> Vec<Numbered> {
-    let same = welded(&mesh.points);
+    whole_triangles_of(mesh, &vec![0; mesh.points.len()])
+}
+
+/// The same where points of different pieces stay apart, also at one place: triangles are of a piece if points join them.
+pub(super) fn whole_triangles_of_pieces(mesh: &TriangleMesh) -> Vec<Numbered> {
+    let mut joined = Groups::new(mesh.points.len());
+    for [a, b, c] in &mesh.triangles {
+        joined.join([*a, *b]);
+        joined.join([*b, *c]);
+    }
+    let pieces: Vec<u32> = (0_u32..).take(mesh.points.len()).map(|point| joined.first(point)).collect();
+    whole_triangles_of(mesh, &pieces)
+}
+
+/// The same where points of different pieces stay apart; `pieces` says the piece of each point.
+fn whole_triangles_of(mesh: &TriangleMesh, pieces: &[u32]) -> Vec<Numbered> {
+    let same = welded(&mesh.points, pieces);
     let corners = |t: &[u32; 3]| t.map(|i| same[i as usize]);
     let whole = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
     (0u32..).zip(mesh.triangles.iter().map(corners)).filter(|(_, t)| whole(t)).collect()
 }
 
-/// For each point the first point of the mesh with the same coordinates.
-fn welded(points: &[[f64; 3]]) -> Vec<u32> {
+/// For each point the first point of its piece with the same coordinates.
+fn welded(points: &[[f64; 3]], pieces: &[u32]) -> Vec<u32> {
     // Adding 0 makes one zero of both.
     let key = |i: &u32| {
         interrupt::point();
-        points[*i as usize].map(|c| (c + 0.0).to_bits())
+        (pieces[*i as usize], points[*i as usize].map(|c| (c + 0.0).to_bits()))
     };
     let mut order: Vec<u32> = (0u32..).take(points.len()).collect();
     order.sort_unstable_by_key(|i| (key(i), *i));
@@ -167,8 +180,12 @@ fn welded(points: &[[f64; 3]]) -> Vec<u32> {
     same
 }
 
-/// Checks that each edge has two triangles that run along it in opposite directions; gives the groups of those that share one.
-fn check_edges(triangles: &[Numbered], points: &[[f64; 3]]) -> Result<Groups, NotClosed> {
+/// Checks that there are triangles, and that each edge has two that run along it in opposite directions; gives the groups of those
+/// that share one.
+pub(super) fn check_closed(triangles: &[Numbered], points: &[[f64; 3]]) -> Result<Groups, NotClosed> {
+    if triangles.is_empty() {
+        return Err(NotClosed::Empty);
+    }
     let sides = sides(triangles);
     check_sides(&sides, triangles, points, |count| count == 2)?;
     let mut joined = Groups::new(triangles.len());

@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use crate::error::{ErrorKind, SceneError};
 
 /// How a pointer of Git LFS begins, which stands in a clone in place of a file that was not fetched.
-const POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
+/// How a pointer of git-annex begins, from the folder of the repository on.
+const ANNEX_POINTER: &[u8] = b"/annex/objects/";
 
 /// A file without the byte order mark of UTF-8, where it has one.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
@@ -32,11 +34,27 @@ pub(crate) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<Cow<'a, str>, Scen
 /// # Errors
 /// If it does.
 pub(super) fn refuse_pointer(bytes: &[u8], file: &str) -> Result<(), SceneError> {
-    if !without_mark(bytes).starts_with(POINTER) {
+    let bytes = without_mark(bytes);
+    let (store, command) = if bytes.starts_with(LFS_POINTER) {
+        ("Git LFS", "git lfs pull")
+    } else if is_of_annex(bytes) {
+        ("git-annex", "git annex get")
+    } else {
         return Ok(());
-    }
-    let message = "is a pointer of a large-file store (Git LFS), which holds the file itself; allowed: that file, which `git lfs pull` fetches";
+    };
+    let message = format!(
+        "is a pointer of a large-file store ({store}), which holds the file itself; allowed: that file, which `{command}` fetches"
+    );
     Err(SceneError::new(ErrorKind::Unsupported, file, message))
+}
+
+/// Whether it is a pointer of git-annex, or a link of it that a file system without links has as a text: `../.git/annex/objects/...`.
+fn is_of_annex(bytes: &[u8]) -> bool {
+    let mut rest = bytes;
+    while let Some(inner) = rest.strip_prefix(b"../") {
+        rest = inner;
+    }
+    rest.strip_prefix(b".git").unwrap_or(rest).starts_with(ANNEX_POINTER)
 }
 
 #[cfg(test)]
@@ -59,17 +77,31 @@ mod tests {
 
     #[test]
     fn a_pointer_of_a_large_file_store_is_refused_as_such_with_a_mark_and_without_one() {
-        let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
-        for bytes in [pointer.to_owned(), format!("\u{feff}{pointer}")] {
-            let error = text(bytes.as_bytes(), "a.obj").expect_err("no mesh").to_string();
-            assert_eq!(
-                error,
-                "a.obj: is a pointer of a large-file store (Git LFS), which holds the file itself; allowed: that file, which \
-                 `git lfs pull` fetches"
-            );
+        let lfs = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+        let annex = "/annex/objects/SHA256E-s12345--4d7a214614ab2935.obj\n";
+        let link = "../../.git/annex/objects/zk/8J/SHA256E-s12345--4d7a.obj/SHA256E-s12345--4d7a.obj";
+        for (pointer, store, command) in [
+            (lfs, "Git LFS", "git lfs pull"),
+            (annex, "git-annex", "git annex get"),
+            (link, "git-annex", "git annex get"),
+        ] {
+            for bytes in [pointer.to_owned(), format!("\u{feff}{pointer}")] {
+                let error = text(bytes.as_bytes(), "a.obj").expect_err("no mesh").to_string();
+                assert_eq!(
+                    error,
+                    format!(
+                        "a.obj: is a pointer of a large-file store ({store}), which holds the file itself; allowed: that file, \
+                         which `{command}` fetches"
+                    )
+                );
+            }
         }
         // What merely names the store is a text like any other.
-        for bytes in [&b"# version https://git-lfs.github.com/spec/v1\nv 0 0 0\n"[..], b"version 1\n"] {
+        for bytes in [
+            &b"# version https://git-lfs.github.com/spec/v1\nv 0 0 0\n"[..],
+            b"version 1\n",
+            b"# /annex/objects/\nv 0 0 0\n",
+        ] {
             assert!(text(bytes, "a.obj").is_ok());
         }
     }

@@ -119,7 +119,7 @@ fn points_without_triangles_are_left_out_before_anything_else() {
     assert!((mass(&dropped) - 1.0).abs() < 1e-15);
     assert_eq!(
         dropped.warnings[0],
-        "body 'b': unused = \"drop\" leaves out 1 points, which no triangle names"
+        "body 'b': unused = \"drop\" leaves out 1 point, which no triangle names"
     );
     let [Change::Pin { particle, .. }] = dropped.initial_changes[..] else { panic!("one pin moves") };
     assert_eq!(particle, 4 + 2, "the particles that are left are counted");

@@ -68,11 +68,12 @@ pub enum StepFailure {
     #[error("particle {particle} goes through collider '{collider}', or into it, within the step")]
     Passed { particle: u64, collider: String },
     #[error(
-        "the surfaces at particles {} and {} cannot be kept apart within the step: they come to {gap:.4e} m (leave them more room, move pins and colliders more slowly, or reduce dt)",
+        "the surfaces at particles {} and {} cannot be kept apart within the step: they come to {gap:.4e} m (leave them more room, move pins and colliders more slowly, or reduce dt){}",
         .particles[0],
-        .particles[1]
+        .particles[1],
+        of_pin(*driven)
     )]
-    Contact { particles: [u64; 2], gap: f64 },
+    Contact { particles: [u64; 2], gap: f64, driven: Option<u64> },
     #[error(
         "too much cloth comes together at particle {particle} to be kept apart within the step: there are more than {limit} pairs of a corner and a triangle, or of two edges, that may meet at the 64 triangles there (leave surfaces more room, move them more slowly, reduce dt or the thickness, or make the mesh coarser)"
     )]
@@ -121,8 +122,9 @@ impl StepFailure {
         if let Self::Stretch { other, .. } | Self::Collapsed { other, .. } = &mut self {
             *other = of_all(*other);
         }
-        if let Self::Contact { particles: [_, other], .. } = &mut self {
+        if let Self::Contact { particles: [_, other], driven, .. } = &mut self {
             *other = of_all(*other);
+            *driven = driven.map(&of_all);
         }
         if let Some(particle) = self.particle_mut() {
             *particle = of_all(*particle);
@@ -212,5 +214,26 @@ impl StepFailure {
             | Self::OutOfRange { .. }
             | Self::Interrupted => None,
         }
+    }
+}
+
+/// What is said of a pin that moves where surfaces come together.
+fn of_pin(driven: Option<u64>) -> String {
+    driven.map_or_else(String::new, |pin| {
+        format!("; particle {pin} there is a pin that is moved: surfaces do not stop it, so let it go more slowly or less far")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pin_that_is_moved_is_named_by_its_number_over_all_bodies() {
+        let closed = |driven| StepFailure::Contact { particles: [1, 2], gap: 1e-9, driven };
+        let told = closed(Some(3)).renumbered(|own| own + 100).to_string();
+        assert!(told.contains("at particles 101 and 102 cannot be kept apart"), "{told}");
+        assert!(told.contains("; particle 103 there is a pin that is moved"), "{told}");
+        assert!(!closed(None).to_string().contains("is moved"), "{}", closed(None));
     }
 }

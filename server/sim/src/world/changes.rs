@@ -7,7 +7,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{
-    collider_move::{ColliderMove, MoveError},
+    collider_move::{ColliderMove, MoveError, there_are},
     forces::Forces,
     vectors::Vectors,
 };
@@ -155,7 +155,7 @@ pub mod allowed {
 pub enum ChangeError {
     #[error("{field} is {}: allowed are {} to {}", number(*value), number(allowed[0]), number(allowed[1]))]
     OutOfRange { field: &'static str, value: f64, allowed: [f64; 2] },
-    #[error("no body is named '{name}'; there are: {known}")]
+    #[error("no body is named '{name}'; {}", there_are(known))]
     UnknownBody { name: String, known: String },
     #[error("{body}: {what} of {found} particles, and the body has {needed}")]
     WrongCount { body: String, what: &'static str, found: usize, needed: usize },

@@ -47,11 +47,16 @@ pub enum Departure {
     Later(Pose),
 }
 
+/// Which names there are, for the message of one that is none of them.
+pub(super) fn there_are(known: &str) -> String {
+    if known.is_empty() { "there are none".to_owned() } else { format!("there are: {known}") }
+}
+
 /// A move of a collider that was refused.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum MoveError {
-    #[error("no collider is named '{name}'; there are: {known}")]
+    #[error("no collider is named '{name}'; {}", there_are(known))]
     UnknownCollider { name: String, known: String },
     #[error("collider '{name}' is moved twice: once in a call is allowed")]
     ColliderTwice { name: String },
@@ -278,5 +283,7 @@ mod tests {
             let message = bad.check(&names).expect_err("it is refused").to_string();
             assert!(message.contains(named), "{message}");
         }
+        let none = to(&[key(1.0, 0.0)]).check(&[]).expect_err("it is refused").to_string();
+        assert!(none.ends_with("; there are none"), "{none}");
     }
 }

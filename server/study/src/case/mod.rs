@@ -1,7 +1,9 @@
 //! What is studied: the cloths of a scene as it is written, or its snow where it has no cloth, and distances between their states.
 
 mod times;
+mod common;
 
+pub use common::CommonPoints;
 pub use times::{Times, TimesError};
 
 use nappe_sim::{
@@ -80,6 +82,11 @@ impl Case {
     /// Number of particles.
     pub fn particle_count(&self) -> usize {
         self.masses.len()
+    }
+
+    /// Whether a particle is free, and no pin; none of one that is not there.
+    pub(crate) fn is_free(&self, particle: usize) -> Option<bool> {
+        self.masses.get(particle).map(|mass| *mass > 0.0)
     }
 
     /// Length (m) of the diagonal of the box in which all particles start.

@@ -1,13 +1,14 @@
-//! How many pairs there may be: the bytes that each takes, and why a sub-step fails whose pairs are not listed.
+//! How many pairs there may be: the bytes that each takes, and why a sub-step fails whose pairs are not listed; pins that are moved.
 
 use super::{
     pair::{Look, Pair},
     rows::PUSH_BYTES,
     search::Stopped,
+    ways::wide,
 };
 use crate::{
     cloth::layout::{Model, Surface},
-    math::Real,
+    math::{Padded, Real},
     report::StepFailure,
     surface::{Candidate, Unlisted},
 };
@@ -34,4 +35,13 @@ pub(super) fn failure_of<R: Real>(model: &Model<R>, surface: &Surface, stopped: 
             StepFailure::PairMemory { bytes: (count as u64).saturating_mul(PAIR_BYTES as u64) }
         }
     }
+}
+
+/// The first of a pair's corners that is a pin which moves; `v` are velocities (m/s).
+pub(super) fn moved_pin<R: Real>(model: &Model<R>, v: &[Padded<R>], corners: [u32; 4]) -> Option<u32> {
+    let is_moved = |particle: &u32| {
+        let particle = *particle as usize;
+        model.inv_m[particle].to_f64() == 0.0 && wide(&v[particle]).amax() > 0.0
+    };
+    corners.into_iter().find(is_moved)
 }

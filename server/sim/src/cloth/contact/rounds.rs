@@ -5,7 +5,7 @@ use super::{
     certificate::{is_safe, separation},
     friction::Off,
     groups::Groups,
-    limit::{failure_of, pairs_in},
+    limit::{failure_of, moved_pin, pairs_in},
     pair::{Look, Pair},
     room::make_room,
     rows::PairRows,
@@ -70,6 +70,8 @@ pub(crate) struct Contact<R: Real> {
     /// The particles of the first pair that was not safe at the last look, and how near it came (m); a particle alone, twice, that went where no
     /// pairs were looked for.
     pub(crate) first_unsafe: Option<([u32; 2], f64)>,
+    /// A pin that moves, of the first pair with one that was not safe.
+    driven: Option<u32>,
 }
 
 /// Where and when a sub-step with contact is taken.
@@ -120,7 +122,7 @@ impl<R: Real> Contact<R> {
         self.list_walls(scene);
         self.rows.keep(model, rows);
         self.report = SurfaceReport::default();
-        (self.first_unsafe, self.energy) = (None, PairEnergy::default());
+        (self.first_unsafe, self.driven, self.energy) = (None, None, PairEnergy::default());
         Ok(())
     }
 
@@ -170,10 +172,13 @@ impl<R: Real> Contact<R> {
         if scene.interrupt.is_requested() {
             return Err(StepFailure::Interrupted);
         }
-        self.first_unsafe = None;
+        (self.first_unsafe, self.driven) = (None, None);
         for (look, pair) in self.looks.iter().zip(&self.pairs) {
             is_changed |= look.is_changed;
             off = off.and(look.off);
+            if look.is_unsafe && self.driven.is_none() {
+                self.driven = moved_pin(model, &next.v, pair.candidate.corners);
+            }
             if look.is_unsafe && self.first_unsafe.is_none() {
                 let [first, .., last] = pair.candidate.corners;
                 let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
@@ -334,8 +339,8 @@ impl<R: Real> Contact<R> {
     /// Why the sub-step is not accepted that was reviewed last.
     pub(crate) fn failure(&self, model: &Model<R>) -> StepFailure {
         let ([one, other], gap) = self.first_unsafe.unwrap_or_default();
-        let particles = [one, other].map(|particle| u64::from(model.user[particle as usize]));
-        StepFailure::Contact { particles, gap }
+        let user = |particle: u32| u64::from(model.user[particle as usize]);
+        StepFailure::Contact { particles: [one, other].map(user), gap, driven: self.driven.map(user) }
     }
 
     /// The least distance (m) of a pair at the end; infinite without one.

@@ -15,7 +15,7 @@ mod mesh;
 #[cfg(test)]
 mod tests;
 
-pub use mesh::NEAR_BYTES;
+pub use mesh::{NEAR_BYTES, Shell, Shells};
 
 pub(super) use mesh::Near;
 

@@ -9,8 +9,9 @@ use crate::interrupt;
 
 /// Share by which the answer may be above the deepest point that was found.
 const SPARE: f64 = 0.02;
-/// Cubes that are looked into, at most: a very thin solid has too many, and is then said to be thicker than it is.
-const MOST_CUBES: usize = 4096;
+/// Cubes that are looked into where a depth costs little, at most: a very thin solid has too many, and is then said to be thicker
+/// than it is.
+pub(super) const MOST_CUBES: usize = 4096;
 
 /// A cube, and the greatest depth (m) that it may hold.
 struct Cube {
@@ -42,8 +43,8 @@ impl Ord for Cube {
     }
 }
 
-/// A depth (m) that no point within the bounds exceeds.
-pub(super) fn deepest([low, high]: [[f64; 3]; 2], depth: impl Fn([f64; 3]) -> f64) -> f64 {
+/// A depth (m) that no point within the bounds exceeds; looks into so many cubes, at most.
+pub(super) fn deepest([low, high]: [[f64; 3]; 2], cubes: usize, depth: impl Fn([f64; 3]) -> f64) -> f64 {
     let cube = |center: [f64; 3], half: f64| {
         let here = depth(center);
         (here, Cube { most: here + half * 3.0_f64.sqrt(), center, half })
@@ -51,7 +52,7 @@ pub(super) fn deepest([low, high]: [[f64; 3]; 2], depth: impl Fn([f64; 3]) -> f6
     let half = (0..3).map(|c| 0.5 * (high[c] - low[c])).fold(0.0, f64::max);
     let (mut found, whole) = cube([0, 1, 2].map(|c| 0.5 * (low[c] + high[c])), half);
     let mut waiting = BinaryHeap::from([whole]);
-    for _ in 0..MOST_CUBES {
+    for _ in 0..cubes {
         // Where triangles overlap, each depth looks at all of them.
         interrupt::point();
         let Some(top) = waiting.peek() else { break };
@@ -88,7 +89,7 @@ mod tests {
             }
             -1.0
         };
-        let left = interrupt.leave_at_points(|| deepest([[0.0; 3], [100.0; 3]], depth));
+        let left = interrupt.leave_at_points(|| deepest([[0.0; 3], [100.0; 3]], MOST_CUBES, depth));
         assert_eq!(left, Err(Interrupted));
         assert!((100..108).contains(&looks.get()), "{looks:?}");
     }

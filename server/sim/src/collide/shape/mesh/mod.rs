@@ -1,12 +1,18 @@
 //! The solid within a closed surface of triangles: its signed distance, from the nearest triangle.
 //!
 //! Reads points (m) and triangles turned outwards. Everything is binary64, and a distance follows from the mesh and the
-//! point alone. Which side a point is on is told by the pseudonormal of what is nearest: a face, an edge or a corner.
+//! point alone. Which side a point is on is told by the pseudonormal of what is nearest: a face, an edge or a corner. Of
+//! several parts that no edge joins, the solid is the union.
 
 mod normals;
 mod four;
 mod nearest;
+mod boxes;
 mod tree;
+mod sides;
+mod shells;
+mod buried;
+mod united;
 mod depth;
 mod near;
 #[cfg(test)]
@@ -18,21 +24,22 @@ use std::{fmt, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 
-pub use self::near::NEAR_BYTES;
 pub(in crate::collide) use self::near::Near;
+pub use self::{
+    near::NEAR_BYTES,
+    shells::{Shell, Shells},
+};
 
 use self::{
-    nearest::{On, Place},
+    nearest::Place,
     normals::Normals,
+    shells::Apart,
+    sides::Sides,
     tree::{Leaf, Tree},
+    united::Union,
 };
 use super::geometry::{Nearest, Probe, SignedDistance, is_finite};
 use crate::math::array::{cross, dot, length, minus};
-
-/// Distance from an edge or a corner, over the size of the mesh, below which its direction is rounding.
-const NO_WAY: f64 = 1e-9;
-/// 1 less the cosine of the angle below which a direction is that of the pseudonormal.
-const SAME_WAY: f64 = 1e-14;
 
 /// A solid whose surface is a closed mesh of triangles, and the point (m) about which it turns. Copies share the surface.
 #[derive(Clone, Serialize, Deserialize)]
@@ -45,6 +52,8 @@ struct Surface {
     triangles: Vec<[u32; 3]>,
     normals: Normals,
     tree: Tree,
+    /// What is known of its parts, where it has several.
+    union: Option<Union>,
     /// Largest coordinate (m).
     size: f64,
     /// Twice the depth (m) of its deepest point.
@@ -89,11 +98,12 @@ impl fmt::Debug for MeshSolid {
 
 impl MeshSolid {
     /// The solid within a closed surface: points (m) at time 0, and triangles whose corners turn to the left as they are
-    /// seen from outside. A point may be a corner of none.
+    /// seen from outside. A point may be a corner of none. Parts that no edge joins may touch and overlap; a part within another
+    /// that is turned inside out is a hole. Parts that share a point get one each.
     ///
     /// # Errors
     /// What is wrong: no triangles, a point that is not there or not finite, an edge without exactly two triangles
-    /// that run along it in opposite directions, no volume.
+    /// that run along it in opposite directions, no volume, a part that is turned the wrong way.
     pub fn new(points: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, String> {
         if let Some((i, point)) = points.iter().enumerate().find(|(_, point)| !is_finite(**point)) {
             return Err(format!("point {i} is {point:?}: finite coordinates are needed"));
@@ -105,17 +115,35 @@ impl MeshSolid {
         if let Some((i, triangle)) = triangles.iter().enumerate().find(|(_, t)| is_out(t)) {
             return Err(format!("triangle {i} is {triangle:?}: points 0 to {} are there", points.len() - 1));
         }
-        let normals = Normals::new(&points, &triangles)?;
-        let volume = volume(&points, &triangles);
+        let apart = Apart::new(points, triangles)?;
+        let volume = volume(&apart.points, &apart.triangles);
         if volume.is_nan() || volume <= 0.0 {
             return Err(format!(
                 "its volume is {volume} m³: triangles turned outwards around a volume are needed"
             ));
         }
-        let tree = Tree::new(&points, &triangles, &normals.faces);
+        let shells = Shells::of(&apart)?;
+        if let Some(Shell { first, .. }) = shells.list.iter().find(|shell| shell.is_turned) {
+            return Err(format!(
+                "its part of triangle {first} is turned the wrong way: outwards around a solid, inwards around a hole in \
+                 one"
+            ));
+        }
+
+        let solids = shells.solids();
+        let (tree, union) = if solids.len() == 1 {
+            (Tree::over(apart.mesh(), solids, 1).0, None)
+        } else {
+            let (triangles, normals) = (&apart.triangles[..], &apart.normals);
+            let sides = Sides { triangles, normals, size: apart.size() };
+            let (tree, union) = Union::new(apart.mesh(), sides, &solids);
+            (tree, Some(union))
+        };
         let size = tree.bounds().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let mut surface = Surface { points, triangles, normals, tree, size, thickness: 0.0 };
-        surface.thickness = 2.0 * depth::deepest(surface.tree.bounds(), |p| -surface.at(p).0);
+        let cubes = depth::MOST_CUBES / union.as_ref().map_or(1, Union::cost);
+        let Apart { points, triangles, normals, .. } = apart;
+        let mut surface = Surface { points, triangles, normals, tree, union, size, thickness: 0.0 };
+        surface.thickness = 2.0 * depth::deepest(surface.tree.bounds(), cubes, |p| -surface.at(p).0);
         Ok(Self(Arc::new(surface), [0.0; 3]))
     }
 
@@ -151,28 +179,24 @@ impl Surface {
     /// Signed distance (m) of a point (m) from the surface at time 0, and the normal there.
     fn at(&self, p: [f64; 3]) -> Nearest {
         let Some((_, found)) = self.tree.nearest(p) else { return (f64::NAN, [0.0, 1.0, 0.0]) };
-        self.signed(found, self.tree.leaves[found.leaf].place(found.lane, p))
+        let nearest = self.signed(found, self.tree.leaves[found.leaf].place(found.lane, p));
+        self.united(p, found, nearest)
     }
 
-    /// The same where the nearest place is known, and its triangle.
+    /// That of the nearest triangle alone, where the place on it is known.
     fn signed(&self, found: Leaf, place: Place) -> Nearest {
-        let Self { triangles, normals, tree, size, .. } = self;
-        let leaf = &tree.leaves[found.leaf];
-        let number = leaf.number[found.lane] as usize;
-        let pseudonormal = match place.on {
-            On::Face => return (place.height, leaf.normal(found.lane)),
-            On::Edge(k) => normals.edges[number][k],
-            On::Corner(k) => normals.corners[triangles[number][k] as usize],
-        };
-        let (length, share) = (length(place.way), dot(place.way, pseudonormal));
-        let is_told = length > NO_WAY * size && share.abs() < (1.0 - SAME_WAY) * length;
-        if !is_told && pseudonormal != [0.0; 3] {
-            return (if share < 0.0 { -length } else { length }, pseudonormal);
-        }
-        let side = if share < 0.0 { -1.0 } else { 1.0 };
-        let direction =
-            if length > 0.0 { place.way.map(|c| side * c / length) } else { leaf.normal(found.lane) };
-        (side * length, direction)
+        self.sides().signed(&self.tree.leaves[found.leaf], found.lane, place)
+    }
+
+    /// What that of the nearest triangle means where there are several parts.
+    fn united(&self, p: [f64; 3], found: Leaf, nearest: Nearest) -> Nearest {
+        let Some(union) = &self.union else { return nearest };
+        let triangle = self.tree.leaves[found.leaf].number[found.lane];
+        union.at(&self.tree, self.sides(), p, (triangle, nearest))
+    }
+
+    fn sides(&self) -> Sides<'_> {
+        Sides { triangles: &self.triangles, normals: &self.normals, size: self.size }
     }
 }
 

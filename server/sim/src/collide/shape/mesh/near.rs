@@ -68,7 +68,12 @@ impl MeshSolid {
             return None;
         }
         let (leaf, found) = dispatch(Among { solid: self, near, place })?;
-        (found.square < room * room).then(|| self.0.signed(leaf, found))
+        (found.square < room * room).then(|| {
+            let nearest = self.0.signed(leaf, found);
+            // What is certainly outside is in no part.
+            let is_alone = self.0.union.is_none() || near.at_least(place) > 0.0;
+            if is_alone { nearest } else { self.0.united(place, leaf, nearest) }
+        })
     }
 
     /// Looks around a place (m); gives its signed distance (m) and the normal there too. Which triangles are near is asked

@@ -5,7 +5,10 @@
 //! lies on an edge or a corner, a point is outside if and only if the way to it has no negative share of the pseudonormal
 //! there, the sum of the normals around it, each by the angle of its triangle.
 
-use crate::math::array::{cross, dot, length, minus};
+use crate::{
+    math::array::{cross, dot, length, minus},
+    mesh::Groups,
+};
 
 /// The normals of a surface.
 #[derive(Clone, Debug)]
@@ -22,9 +25,11 @@ pub(super) struct Normals {
 type Side = ([u32; 2], bool, u32, usize);
 
 impl Normals {
+    /// Those of a surface, and its triangles in groups that edges join.
+    ///
     /// # Errors
     /// When an edge has not exactly two triangles that run along it in opposite directions.
-    pub(super) fn new(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, String> {
+    pub(super) fn new(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(Self, Groups), String> {
         let mut corners = vec![[0.0; 3]; points.len()];
         let mut faces = Vec::with_capacity(triangles.len());
         for triangle in triangles {
@@ -40,13 +45,15 @@ impl Normals {
         }
 
         let mut edges = vec![[[0.0; 3]; 3]; triangles.len()];
+        let mut joined = Groups::new(triangles.len());
         for [(_, _, t, k), (_, _, other, place)] in pairs_of_sides(triangles)? {
             let [n, m] = [t, other].map(|t| faces[t as usize]);
             let normal = unit([0, 1, 2].map(|c| n[c] + m[c]));
             edges[t as usize][k] = normal;
             edges[other as usize][place] = normal;
+            joined.join([t, other]);
         }
-        Ok(Self { faces, edges, corners: corners.into_iter().map(unit).collect() })
+        Ok((Self { faces, edges, corners: corners.into_iter().map(unit).collect() }, joined))
     }
 }
 

@@ -187,10 +187,20 @@ fn a_solid_that_is_sent_is_the_same_one() {
     assert!(MeshSolid::try_from(open).is_err(), "an open surface is refused as it comes");
 }
 
+/// Two boxes that overlap, each a part.
+fn overlapping() -> MeshSolid {
+    let part = cube([0.5, 0.3, 0.7]);
+    let moved = part.points().iter().map(|[x, y, z]| [x + 0.4, y + 0.2, z - 0.3]);
+    let points = part.points().iter().copied().chain(moved).collect();
+    let second = part.triangles().iter().map(|corners| corners.map(|corner| corner + 8));
+    let triangles = part.triangles().iter().copied().chain(second).collect();
+    MeshSolid::new(points, triangles).expect("both are closed")
+}
+
 #[test]
 fn what_is_known_around_a_place_gives_the_same_bits_or_nothing() {
     let (mut told, mut untold, mut cleared) = (0, 0, 0);
-    for solid in solids() {
+    for solid in solids().into_iter().chain([overlapping()]) {
         for (i, place) in points(&solid, 3_000).enumerate() {
             let (near, nearest) = solid.look(place, 0.3);
             assert_eq!(nearest, solid.0.at(place));

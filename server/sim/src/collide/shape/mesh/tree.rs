@@ -5,24 +5,14 @@
 //! the tree follows from the mesh alone, and the nearest one from the mesh and the point: how it was found plays no part.
 
 use super::{
+    boxes::{Bounds, DEPTH, LEAF, NONE, Node, ROOT, ROUNDING, around, enclose, may_hold, sort, sorted},
     four::{Four, WIDTH},
     nearest::{Part, Triangles},
 };
 use crate::math::{Pack, WithSimd, dispatch};
 
-/// Nodes and leaves that wait to be looked at, at most: three for each level of a tree over 2^32 leaves.
-const DEPTH: usize = 64;
 /// Triangles that are kept around a place.
 pub(super) const KEPT: usize = 4;
-/// Share of a distance that rounding may take of it.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// What tells a leaf from a node.
-const LEAF: u32 = 1 << 31;
-/// Stands where a node has fewer children.
-const NONE: u32 = u32::MAX;
-
-/// A box along the axes (m): lower and upper corner.
-type Bounds = [[f64; 3]; 2];
 
 /// Boxes over all triangles of a surface, and the triangles themselves.
 #[derive(Clone, Debug)]
@@ -34,48 +24,6 @@ pub(super) struct Tree {
     bounds: Bounds,
 }
 
-/// Four boxes and what is within them.
-#[derive(Clone, Debug)]
-pub(super) struct Node {
-    low: [Four; 3],
-    high: [Four; 3],
-    /// Numbers of nodes, or of leaves.
-    children: [u32; WIDTH],
-}
-
-impl Node {
-    /// Lets those children wait that may hold a triangle nearer to a point (m) than the best one (m²). The nearest of them comes
-    /// last: it is looked at first.
-    #[inline(always)]
-    fn children(&self, p: [f64; 3], best: f64, waiting: &mut [(f64, u32); DEPTH], count: &mut usize) {
-        let Four(squares) = self.beside(p);
-        let first = *count;
-        for (square, child) in squares.into_iter().zip(self.children) {
-            if child == NONE || !may_hold(square, best) {
-                continue;
-            }
-            let mut place = *count;
-            while place > first && waiting[place - 1].0 < square {
-                waiting[place] = waiting[place - 1];
-                place -= 1;
-            }
-            waiting[place] = (square, child);
-            *count += 1;
-        }
-    }
-
-    /// Squares (m²) of the distances of a point (m) from the boxes: 0 within one.
-    #[inline(always)]
-    fn beside(&self, p: [f64; 3]) -> Four {
-        let gap = |c: usize| {
-            let p = Four::all(p[c]);
-            (self.low[c] - p).max(p - self.high[c]).max(Four::all(0.0))
-        };
-        let [x, y, z] = [gap(0), gap(1), gap(2)];
-        x * x + y * y + z * z
-    }
-}
-
 /// A triangle: its leaf, and its place there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Leaf {
@@ -83,33 +31,59 @@ pub(super) struct Leaf {
     pub(super) lane: usize,
 }
 
+/// A surface as trees are made over it: points (m), triangles, and unit normals of these.
+#[derive(Clone, Copy)]
+pub(super) struct Mesh<'a> {
+    pub(super) points: &'a [[f64; 3]],
+    pub(super) triangles: &'a [[u32; 3]],
+    pub(super) faces: &'a [[f64; 3]],
+}
+
+impl Mesh<'_> {
+    /// The corners (m) of a triangle.
+    pub(super) fn corners(&self, t: u32) -> [[f64; 3]; 3] {
+        self.triangles[t as usize].map(|i| self.points[i as usize])
+    }
+
+    /// The box around triangles (m).
+    pub(super) fn around(&self, numbers: &[u32]) -> Bounds {
+        around(numbers.iter().flat_map(|t| self.corners(*t)).map(|p| [p, p]))
+    }
+
+    fn leaf(&self, numbers: &[u32]) -> Triangles {
+        let part = |t: &u32| Part { number: *t, corners: self.corners(*t), normal: self.faces[*t as usize] };
+        let parts: Vec<Part> = numbers.iter().map(part).collect();
+        Triangles::new(&parts)
+    }
+}
+
 impl Tree {
-    /// Over at least one triangle; `faces` are their unit normals.
-    pub(super) fn new(points: &[[f64; 3]], triangles: &[[u32; 3]], faces: &[[f64; 3]]) -> Self {
-        let corners = |t: u32| triangles[t as usize].map(|i| points[i as usize]);
+    /// Over groups of triangles, none of them empty: gives the root of each group too. The tree as a whole is that over the first
+    /// `shown` groups, at least one; the others are found from their own roots alone.
+    pub(super) fn over(mesh: Mesh<'_>, mut groups: Vec<Vec<u32>>, shown: usize) -> (Self, Vec<u32>) {
         let center = |t: u32| {
-            let [a, b, c] = corners(t);
+            let [a, b, c] = mesh.corners(t);
             [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
         };
-        let centers: Vec<[f64; 3]> = (0_u32..).take(triangles.len()).map(center).collect();
-        let mut order: Vec<u32> = (0_u32..).take(triangles.len()).collect();
-        sort(&mut order, &centers);
-        let leaf = |numbers: &[u32]| {
-            let part = |t: &u32| Part { number: *t, corners: corners(*t), normal: faces[*t as usize] };
-            let parts: Vec<Part> = numbers.iter().map(part).collect();
-            Triangles::new(&parts)
-        };
-        let leaves = order.chunks(WIDTH).map(leaf).collect();
+        let centers: Vec<[f64; 3]> = (0_u32..).take(mesh.triangles.len()).map(center).collect();
+        for group in &mut groups {
+            sort(group, &centers);
+        }
+        let leaves = groups.iter().flat_map(|group| group.chunks(WIDTH)).map(|t| mesh.leaf(t)).collect();
 
-        let around = |numbers: &[u32]| around(numbers.iter().flat_map(|t| corners(*t)).map(|p| [p, p]));
-        let held: Vec<Bounds> = order.chunks(WIDTH).map(around).collect();
-        let size = held.as_flattened().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let held = groups.iter().map(|group| group.chunks(WIDTH).map(|t| mesh.around(t)).collect());
+        let held: Vec<Vec<Bounds>> = held.collect();
+        let coordinates = held.iter().flatten().flatten().flatten();
+        let size = coordinates.fold(0.0, |most: f64, c| most.max(c.abs()));
         let wider =
-            |[low, high]: Bounds| [low.map(|c| c - ROUNDING * size), high.map(|c| c + ROUNDING * size)];
-        let held: Vec<Bounds> = held.into_iter().map(wider).collect();
+            |[low, high]: &Bounds| [low.map(|c| c - ROUNDING * size), high.map(|c| c + ROUNDING * size)];
+        let held: Vec<Vec<Bounds>> = held.iter().map(|boxes| boxes.iter().map(wider).collect()).collect();
         let mut nodes = Vec::new();
-        let bounds = enclose(&held, 0, &mut nodes);
-        Self { leaves, nodes, bounds }
+        let (bounds, roots) = match &held[..] {
+            [one] => (enclose(one, 0, &mut nodes), vec![ROOT]),
+            _ => enclose_groups(&held, shown, &mut nodes),
+        };
+        (Self { leaves, nodes, bounds }, roots)
     }
 
     /// The box around all of it (m), no smaller than it.
@@ -125,7 +99,47 @@ impl Tree {
 
     /// The nearest triangle, and the square (m²) of its distance; none where the point (m) is not finite.
     pub(super) fn nearest(&self, p: [f64; 3]) -> Option<(f64, Leaf)> {
-        dispatch(Nearest { tree: self, p })
+        dispatch(Nearest { tree: self, roots: [ROOT, NONE], p })
+    }
+
+    /// The same of the groups that have these roots: the second may be [`NONE`].
+    pub(super) fn nearest_below(&self, roots: [u32; 2], p: [f64; 3]) -> Option<(f64, Leaf)> {
+        dispatch(Nearest { tree: self, roots, p })
+    }
+
+    /// Whether a triangle of the group with this root, no farther from a point (m) than the root of `square` (m²), is wanted; asks
+    /// for each by its number until one is.
+    pub(super) fn any_within(
+        &self,
+        root: u32,
+        p: [f64; 3],
+        square: f64,
+        mut is_wanted: impl FnMut(u32) -> bool,
+    ) -> bool {
+        let mut waiting = [root; DEPTH];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let child = waiting[count];
+            if child & LEAF != 0 {
+                let triangles = &self.leaves[(child & !LEAF) as usize];
+                let squares = triangles.squares(p).into_iter().zip(triangles.number);
+                let mut near = squares.filter(|(other, _)| may_hold(*other, square));
+                if near.any(|(_, number)| is_wanted(number)) {
+                    return true;
+                }
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let Four(besides) = node.beside(p);
+            for (beside, child) in besides.into_iter().zip(node.children) {
+                if child != NONE && may_hold(beside, square) {
+                    waiting[count] = child;
+                    count += 1;
+                }
+            }
+        }
+        false
     }
 
     /// The triangles that are nearest to a point (m), the nearest first, with their distances (m), and a distance that no other
@@ -195,6 +209,8 @@ impl Best {
 /// The search for the nearest triangle.
 struct Nearest<'a> {
     tree: &'a Tree,
+    /// Where it begins: one place, or two.
+    roots: [u32; 2],
     p: [f64; 3],
 }
 
@@ -204,10 +220,15 @@ impl WithSimd<f64> for Nearest<'_> {
 
     #[inline(always)]
     fn run<P: Pack<Number = f64>>(self) -> Self::Output {
-        let Self { tree, p } = self;
+        let Self { tree, roots, p } = self;
         let mut best = Best::none();
         let mut waiting = [(0.0_f64, 0_u32); DEPTH];
+        waiting[0].1 = roots[0];
         let mut count = 1;
+        if roots[1] != NONE {
+            waiting[1].1 = roots[1];
+            count = 2;
+        }
         while count > 0 {
             count -= 1;
             let (square, child) = waiting[count];
@@ -224,62 +245,29 @@ impl WithSimd<f64> for Nearest<'_> {
     }
 }
 
-/// Sorts triangles so that leaves, and halves of ranges of them, are apart: each range is divided across its longest side,
-/// between leaves.
-fn sort(order: &mut [u32], centers: &[[f64; 3]]) {
-    let leaves = order.len().div_ceil(WIDTH);
-    if leaves <= 1 {
-        return;
-    }
-    let [low, high] = around(order.iter().map(|t| [centers[*t as usize]; 2]));
-    let side = |c: usize| high[c] - low[c];
-    let axis = (1..3).fold(0, |axis, c| if side(c) > side(axis) { c } else { axis });
-    let middle = halves(0..leaves)[0].end * WIDTH;
-    let by = |t: &u32| centers[*t as usize][axis];
-    order.select_nth_unstable_by(middle, |a, b| by(a).total_cmp(&by(b)).then(a.cmp(b)));
-    let (left, right) = order.split_at_mut(middle);
-    sort(left, centers);
-    sort(right, centers);
-}
-
-/// The box around boxes.
-fn around(boxes: impl Iterator<Item = Bounds>) -> Bounds {
-    boxes.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], [from, to]| {
-        [[0, 1, 2].map(|c| low[c].min(from[c])), [0, 1, 2].map(|c| high[c].max(to[c]))]
-    })
-}
-
-/// Writes the node over some leaves, of which the first has this number, and those below it; gives the box around it.
-fn enclose(leaves: &[Bounds], first: usize, nodes: &mut Vec<Node>) -> Bounds {
-    let place = nodes.len();
-    let nowhere = Four::all(f64::NAN);
-    nodes.push(Node { low: [nowhere; 3], high: [nowhere; 3], children: [NONE; WIDTH] });
-    let [left, right] = halves(0..leaves.len());
-    let quarters = [left, right].map(halves).into_iter().flatten();
-    for (lane, range) in quarters.filter(|range| !range.is_empty()).enumerate() {
-        let start = first + range.start;
-        let (child, bounds) = if let [bounds] = &leaves[range.clone()] {
-            (start as u32 | LEAF, *bounds)
+/// Writes the node over the groups that are shown, each of which is given by the boxes of its leaves, and those below it, then the
+/// nodes of the others; gives the box around those shown and the root of each group.
+fn enclose_groups(held: &[Vec<Bounds>], shown: usize, nodes: &mut Vec<Node>) -> (Bounds, Vec<u32>) {
+    let boxes: Vec<Bounds> = held[..shown].iter().map(|boxes| around(boxes.iter().copied())).collect();
+    let order = sorted(&boxes);
+    let boxes: Vec<Bounds> = order.iter().map(|group| boxes[*group as usize]).collect();
+    let bounds = enclose(&boxes, 0, nodes);
+    let upper = nodes.len();
+    let (mut roots, mut first) = (Vec::with_capacity(held.len()), 0);
+    for boxes in held {
+        if boxes.len() == 1 {
+            roots.push(first as u32 | LEAF);
         } else {
-            (nodes.len() as u32, enclose(&leaves[range], start, nodes))
-        };
-        let node = &mut nodes[place];
-        node.children[lane] = child;
-        for c in 0..3 {
-            (node.low[c].0[lane], node.high[c].0[lane]) = (bounds[0][c], bounds[1][c]);
+            roots.push(nodes.len() as u32);
+            enclose(boxes, first, nodes);
+        }
+        first += boxes.len();
+    }
+    // What stood for a group is its root.
+    for child in nodes[..upper].iter_mut().flat_map(|node| &mut node.children) {
+        if *child != NONE && *child & LEAF != 0 {
+            *child = roots[order[(*child & !LEAF) as usize] as usize];
         }
     }
-    around(leaves.iter().copied())
-}
-
-/// The two halves of a range.
-fn halves(range: std::ops::Range<usize>) -> [std::ops::Range<usize>; 2] {
-    let middle = range.start.midpoint(range.end);
-    [range.start..middle, middle..range.end]
-}
-
-/// Whether a box so far away (m²) may hold a triangle that is as near as the best one.
-#[inline(always)]
-fn may_hold(square: f64, best: f64) -> bool {
-    square * (1.0 - ROUNDING) <= best
+    (bounds, roots)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::*;
+use nappe_proto::Reason;
 
 #[test] // AIP-193: [A-Z][A-Z0-9_]+[A-Z0-9], at most 63 characters
 fn every_reason_has_its_own_well_formed_name() {
