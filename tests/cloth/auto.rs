@@ -7,7 +7,6 @@ use nappe_sim::{
     math::Precision,
     mesh::TriangleMesh,
     report::StepReport,
-    world::Simulation,
 };
 use nappe_tests::{
     Method, NEWTON, Scene,
@@ -233,23 +232,23 @@ fn unchecked_steps_make_one_solve() {
     assert_eq!(run(Minimizer::default()).0, 10);
 }
 
-/// A stiff bar of 21 particles that spins and flies.
-fn spinning_bar(integrator: Integrator) -> Simulation {
+/// A stiff bar of 21 particles that spins and flies, seen from where all moves by `seen` (m/s).
+fn spinning_bar(integrator: Integrator, seen: [f64; 3]) -> Scene {
     let x: Vec<_> = (0..21).map(|i| [0.05 * f64::from(i) - 0.5, 0.0, 0.0]).collect();
     let mut network = chain(&x, 0.05, 4e4, 0.0, 0.01);
     for (v, x) in network.v.iter_mut().zip(&x) {
-        *v = [1.0, 6.0 * x[0], 0.5];
+        *v = [1.0 + seen[0], 6.0 * x[0] + seen[1], 0.5 + seen[2]];
     }
     let method = by(integrator, Minimizer::default());
-    let mut scene = Scene::new(network, 0.03).by(method).under([0.0, -GRAVITY, 0.0]).certified();
-    scene.settings.solver = SolverSettings::default();
-    scene.simulate(Precision::F64)
+    Scene::new(network, 0.03).by(method).under([0.0, -GRAVITY, 0.0]).certified()
 }
 
 #[test]
 fn a_free_body_has_the_momentum_that_acts_on_it_after_every_step() {
     for integrator in IMPLICIT {
-        let mut simulation = spinning_bar(integrator);
+        let mut scene = spinning_bar(integrator, [0.0; 3]);
+        scene.settings.solver = SolverSettings::default();
+        let mut simulation = scene.simulate(Precision::F64);
         let (mass, mut told) = (0.21, Told::default());
         let mut momentum = simulation.diagnose().momentum;
         for step in 0..40 {
@@ -263,5 +262,26 @@ fn a_free_body_has_the_momentum_that_acts_on_it_after_every_step() {
         }
         let goes_on = told.solves > told.substeps;
         assert!(goes_on || integrator != Integrator::ImplicitEuler, "{} solves", told.solves);
+    }
+}
+
+#[test]
+fn as_many_solves_are_made_and_lead_to_the_same_where_all_is_seen_from_a_train() {
+    let run = |seen: [f64; 3]| {
+        let mut simulation = spinning_bar(Integrator::ImplicitEuler, seen).simulate(Precision::F64);
+        let mut told = Told::default();
+        (0..40).for_each(|_| told.add(&advance(&mut simulation, 1)));
+        let time = 40.0 * 0.03;
+        let x: Vec<_> =
+            positions(&simulation).iter().map(|x| [0, 1, 2].map(|c| x[c] - time * seen[c])).collect();
+        (x, told)
+    };
+    let (here, told) = run([0.0; 3]);
+    assert!(told.solves > told.substeps, "{} solves", told.solves);
+    for seen in [[30.0, -20.0, 10.0], [-300.0, 0.0, 0.0]] {
+        let (there, moving) = run(seen);
+        assert_eq!([moving.solves, moving.substeps], [told.solves, told.substeps], "{seen:?}");
+        let off = max_distance(&here, &there);
+        assert!(off < 1e-6, "{seen:?}: {off} m");
     }
 }
