@@ -10,17 +10,16 @@ use nappe_sim::{
     math::Precision,
     report::Stage,
 };
-use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use super::{
     row::{Row, thread_counts},
     sample, sheet,
     timings::{self, StepCounts, Timing},
-    triad::Triad,
+    triad,
 };
 use crate::{
-    error::{CliError, Result},
+    error::Result,
     output::{self, Column, Format, OutputArgs},
 };
 
@@ -83,7 +82,7 @@ pub(crate) fn run(args: &ClothArgs) -> Result<()> {
     ];
 
     let threads = thread_counts(args.threads);
-    let bandwidths = bandwidths(&threads)?;
+    let bandwidths = triad::bandwidths(&threads)?;
     let mut rows = Vec::new();
     for case in &cases {
         let setup = sheet::world(&case.network, case.integrator)?;
@@ -101,20 +100,6 @@ pub(crate) fn run(args: &ClothArgs) -> Result<()> {
         Format::Json => output::json(&rows),
         Format::Text => output::line(&text(&rows)),
     }
-}
-
-/// Bytes per second of a triad on each of the thread counts.
-fn bandwidths(threads: &[usize]) -> Result<Vec<f64>> {
-    let mut triad = Triad::new();
-    let mut bandwidth = |count: &usize| {
-        let pool = ThreadPoolBuilder::new().num_threads(*count).build();
-        let pool = pool.map_err(|error| {
-            let threads = output::several(*count as u64, "thread");
-            CliError::failure(format!("cannot start {threads}: {error}"))
-        })?;
-        Ok(triad.bandwidth(&pool))
-    };
-    threads.iter().map(&mut bandwidth).collect()
 }
 
 fn cloth_row(

@@ -16,6 +16,7 @@ use super::{
     row::{Row, thread_counts},
     sample::{self, Sample},
     timings::{self, StepCounts, Timing},
+    triad,
 };
 use crate::{
     args::PrecisionName,
@@ -66,6 +67,10 @@ struct SnowRow {
     speedup: f64,
     /// Memory of the snow per particle (bytes), grid included.
     bytes_per_particle: f64,
+    /// Bytes of particles that a step of the snow moves if none of them stays in cache, write-allocates included.
+    bytes_per_step: f64,
+    /// These bytes per second of a step, over those of a triad on the same threads in the same run.
+    bandwidth_share: f64,
     state_hash: String,
     /// Time of that hash over the median of a step of the snow.
     hash_share: f64,
@@ -76,6 +81,8 @@ struct SnowRow {
 /// # Errors
 /// When a run fails.
 pub(crate) fn run(args: &SnowArgs) -> Result<()> {
+    let threads = thread_counts(args.threads);
+    let bandwidths = triad::bandwidths(&threads)?;
     let mut rows = Vec::new();
     for &particles in &args.particles {
         let throw = Throw {
@@ -89,10 +96,11 @@ pub(crate) fn run(args: &SnowArgs) -> Result<()> {
         for precision in precisions(args.precision, throw.particles) {
             output::note(&format!("{} particles, {precision} ...", output::count(particles.into())));
             let steps = StepCounts { warm_up: 2, timed: args.repetitions as usize };
-            let timings = timings::measure(&setup, precision, &thread_counts(args.threads), steps)?;
-            rows.extend(
-                timings.iter().map(|timing| snow_row(timing, &timings[0], precision, throw.particles)),
-            );
+            let timings = timings::measure(&setup, precision, &threads, steps)?;
+            let row = |(timing, bandwidth): (&Timing, &f64)| {
+                snow_row([timing, &timings[0]], precision, throw.particles, *bandwidth)
+            };
+            rows.extend(timings.iter().zip(&bandwidths).map(row));
         }
     }
     match args.output.format() {
@@ -114,7 +122,12 @@ fn substep_seconds(samples: &[Sample]) -> impl Iterator<Item = f64> {
     samples.iter().map(|sample| sample.seconds / f64::from(sample.substeps.max(1)))
 }
 
-fn snow_row(timing: &Timing, single: &Timing, precision: Precision, particles: usize) -> SnowRow {
+fn snow_row(
+    [timing, single]: [&Timing; 2],
+    precision: Precision,
+    particles: usize,
+    bandwidth: f64,
+) -> SnowRow {
     let median_seconds = sample::median(substep_seconds(&timing.samples));
     let min_seconds = sample::minimum(substep_seconds(&timing.samples));
     let ratios = substep_seconds(&single.samples).zip(substep_seconds(&timing.samples));
@@ -125,6 +138,7 @@ fn snow_row(timing: &Timing, single: &Timing, precision: Precision, particles: u
         1e9 * sample::median(shares) / particles as f64
     };
 
+    let bytes_per_step = particles as f64 * bytes_of_a_particle(precision);
     SnowRow {
         row: Row {
             name: "snow/mls_quadratic".to_owned(),
@@ -141,9 +155,28 @@ fn snow_row(timing: &Timing, single: &Timing, precision: Precision, particles: u
         stage_nanoseconds: STAGES.iter().map(|stage| (stage.name(), nanoseconds(*stage))).collect(),
         speedup: sample::median(ratios.map(|(one, many)| one / many)),
         bytes_per_particle: timing.snow_bytes as f64 / particles as f64,
+        bytes_per_step,
+        bandwidth_share: bytes_per_step / median_seconds / bandwidth,
         state_hash: output::hash(timing.state_hash),
         hash_share: timing.hash_seconds / median_seconds,
     }
+}
+
+/// Bytes of a particle in a step. To the grid go its position, mass, velocity and J_P (8 numbers), a part of F_E, C and
+/// V0 tau (16). From the grid these 8 are read and written, and F_E with a part of C (16); the rest of C and V0 tau (8) is
+/// written without being read, which counts twice; volume and factor (2) are read. The order is read three times and
+/// written anew, a code of two bytes is written and read, and the number of the object is read. Nodes have four numbers for
+/// eight particles, and stay in cache.
+fn bytes_of_a_particle(precision: Precision) -> f64 {
+    let number = match precision {
+        Precision::F32 => 4.0,
+        Precision::F64 => 8.0,
+    };
+    let to_grid = 8.0 + 16.0;
+    let from_grid = 2.0 * (8.0 + 16.0 + 8.0) + 2.0;
+    let order = (3.0 + 2.0) * 4.0;
+    let code_and_object = (2.0 + 1.0 + 1.0) * 2.0;
+    (to_grid + from_grid) * number + order + code_and_object
 }
 
 fn text(rows: &[SnowRow]) -> String {
@@ -156,7 +189,7 @@ fn text(rows: &[SnowRow]) -> String {
         Column::Right("speed-up"),
     ];
     columns.extend(STAGES.iter().map(|stage| Column::Right(stage.name())));
-    columns.extend([Column::Right("bytes"), Column::Right("hash")]);
+    columns.extend([Column::Right("bytes"), Column::Right("of a triad's bytes/s"), Column::Right("hash")]);
 
     let cells: Vec<Vec<String>> = rows
         .iter()
@@ -171,12 +204,13 @@ fn text(rows: &[SnowRow]) -> String {
             ];
             cells.extend(STAGES.iter().map(|stage| format!("{:.1}", row.stage_nanoseconds[stage.name()])));
             cells.push(format!("{:.0}", row.bytes_per_particle));
+            cells.push(format!("{:.2}", row.bandwidth_share));
             cells.push(format!("{:.2}", row.hash_share));
             cells
         })
         .collect();
     format!(
-        "{}\n\nM/s: millions of particle-steps per second, sorting, bound and diagnostics included; medians and the fastest step.\nStages: nanoseconds per particle and step of the snow. Bytes: memory of the snow per particle, grid included. Hash: time of the state's hash over that of a step.\nA ball of snow (Stomakhin et al. 2013), 8 particles per cell of 1/128 m, falls on a floor at 3 m/s; MLS, quadratic kernel, explicit.",
+        "{}\n\nM/s: millions of particle-steps per second, sorting, bound and diagnostics included; medians and the fastest step.\nStages: nanoseconds per particle and step of the snow. Bytes: memory of the snow per particle, grid included. Of a triad's bytes/s: bytes of particles that a step moves, counted, over what a triad moves in the same time. Hash: time of the state's hash over that of a step.\nA ball of snow (Stomakhin et al. 2013), 8 particles per cell of 1/128 m, falls on a floor at 3 m/s; MLS, quadratic kernel, explicit.",
         output::table(&columns, &cells)
     )
 }

@@ -3,9 +3,13 @@
 use std::time::Instant;
 
 use nappe_sim::parallel::triad;
-use rayon::ThreadPool;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::sample;
+use crate::{
+    error::{CliError, Result},
+    output,
+};
 
 /// Numbers in each of the three arrays: 128 MB each.
 const LENGTH: usize = 1 << 24;
@@ -14,20 +18,37 @@ const BYTES: usize = 4 * size_of::<f64>();
 /// Times that it is run; the fastest counts.
 const REPETITIONS: usize = 5;
 
+/// Bytes per second of a triad on each of the thread counts.
+///
+/// # Errors
+/// When threads cannot be started.
+pub(crate) fn bandwidths(threads: &[usize]) -> Result<Vec<f64>> {
+    let mut triad = Triad::new();
+    let mut bandwidth = |count: &usize| {
+        let pool = ThreadPoolBuilder::new().num_threads(*count).build();
+        let pool = pool.map_err(|error| {
+            let threads = output::several(*count as u64, "thread");
+            CliError::failure(format!("cannot start {threads}: {error}"))
+        })?;
+        Ok(triad.bandwidth(&pool))
+    };
+    threads.iter().map(&mut bandwidth).collect()
+}
+
 /// Arrays for a triad.
-pub(crate) struct Triad {
+struct Triad {
     a: Vec<f64>,
     b: Vec<f64>,
     c: Vec<f64>,
 }
 
 impl Triad {
-    pub(crate) fn new() -> Self {
+    fn new() -> Self {
         Self { a: vec![0.5; LENGTH], b: vec![1.0; LENGTH], c: vec![2.0; LENGTH] }
     }
 
     /// Bytes per second on the threads of a pool, write-allocates included.
-    pub(crate) fn bandwidth(&mut self, pool: &ThreadPool) -> f64 {
+    fn bandwidth(&mut self, pool: &ThreadPool) -> f64 {
         let Self { a, b, c } = self;
         let mut run = || {
             let begin = Instant::now();

@@ -118,6 +118,9 @@ fn snow_counts_particle_steps_in_both_precisions_with_its_stages_and_memory() {
             });
         assert!(stages.iter().sum::<f64>() > 0.0, "{row}");
         assert!(number("bytes_per_particle") > 0.0 && number("speedup") > 0.0, "{row}");
+        let bytes = if row["precision"] == "f32" { 388.0 } else { 748.0 };
+        assert!((number("bytes_per_step") - 4000.0 * bytes).abs() < 1e-6, "{row}");
+        assert!(number("bandwidth_share") > 0.0, "{row}");
     }
     let hashes: Vec<&Value> = rows.iter().map(|row| &row["state_hash"]).collect();
     assert!(hashes.chunks(2).all(|pair| pair[0] == pair[1]), "one hash whatever the threads: {hashes:?}");

@@ -19,7 +19,7 @@ pub use vector::{Mat3, Vec3};
 pub(crate) use array::three;
 pub(crate) use bytes::Bytes;
 pub(crate) use exp::exp;
-pub(crate) use real::{LANES, Lanes, Pack, Record};
+pub(crate) use real::{LANES, Lanes, Pack, Record, Register};
 pub(crate) use simd::{Portable, WithSimd, dispatch, prefetch};
 pub(crate) use svd::{Columns, Svd, cross3, dot3, orthogonalize, svd};
 

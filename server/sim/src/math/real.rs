@@ -245,6 +245,26 @@ pub(crate) trait Lanes:
     ) -> [[Self; 3]; 2];
 }
 
+/// The lanes of one register, with what it takes to turn columns of matrices. Every operation is that of a [`Pack`].
+pub(crate) trait Register: Lanes {
+    fn splat(value: Self::Number) -> Self;
+    /// 0 in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(Self::Number::default())
+    }
+    /// 1 in every lane.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::splat(Self::Number::of(1.0))
+    }
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
+    fn with_sign_of(self, other: Self) -> Self;
+    fn any(self) -> bool;
+}
+
 /// Sixteen numbers; every operation is that of IEEE 754 in each lane, never fused. `-x` is 0 - x:
 /// zeros become +0.
 ///
@@ -252,13 +272,16 @@ pub(crate) trait Lanes:
 /// processor: that is what makes calling the methods sound.
 pub(crate) trait Pack: Lanes + Neg<Output = Self> {
     /// The lanes of one register.
-    type Register: Lanes<Number = Self::Number>;
+    type Register: Register<Number = Self::Number>;
     /// The same lanes in binary64.
     type Wide: Pack<Number = f64>;
 
     fn splat(value: Self::Number) -> Self;
     fn load(values: &[Self::Number; LANES]) -> Self;
     fn store(self) -> [Self::Number; LANES];
+    /// The lanes of its register `part`.
+    fn register(self, part: usize) -> Self::Register;
+    fn set_register(&mut self, part: usize, lanes: Self::Register);
 
     /// 0 in every lane.
     #[inline(always)]

@@ -4,11 +4,12 @@
 //! of det F on the singular value of least magnitude, which is the last. Columns of F are turned
 //! until they are orthogonal (Hestenes 1958; Demmel and Veselic 1992): small singular values are as
 //! exact as large ones, which an eigenvalue solver on F^T F cannot be. A lane's result does not
-//! depend on the other lanes.
+//! depend on the other lanes, so that the work goes register by register: nine numbers of a lane are what sixteen
+//! registers have room for.
 
 use super::{
-    LANES, Pack, Real, WithSimd,
-    array::{cross, dot},
+    LANES, Lanes, Pack, Real, Register, WithSimd,
+    array::{cross, dot, three},
     dispatch,
 };
 
@@ -25,7 +26,7 @@ pub(crate) struct Svd<P> {
 
 /// The same matrix with +0 in the place of every -0: what comes of a zero does not depend on its sign.
 #[inline(always)]
-fn without_negative_zeros<P: Pack>(m: &Columns<P>) -> Columns<P> {
+fn without_negative_zeros<P: Register>(m: &Columns<P>) -> Columns<P> {
     let mut out = *m;
     for column in &mut out {
         for entry in column {
@@ -39,12 +40,12 @@ fn without_negative_zeros<P: Pack>(m: &Columns<P>) -> Columns<P> {
 const SWEEPS: usize = 8;
 
 #[inline(always)]
-pub(crate) fn dot3<P: Pack>(a: &[P; 3], b: &[P; 3]) -> P {
+pub(crate) fn dot3<P: Lanes>(a: &[P; 3], b: &[P; 3]) -> P {
     dot(*a, *b)
 }
 
 #[inline(always)]
-pub(crate) fn cross3<P: Pack>(a: &[P; 3], b: &[P; 3]) -> [P; 3] {
+pub(crate) fn cross3<P: Lanes>(a: &[P; 3], b: &[P; 3]) -> [P; 3] {
     cross(*a, *b)
 }
 
@@ -53,7 +54,7 @@ type Turn<P> = (P, P, P);
 
 /// Columns p and q turned where they need it. Others stay as they are: 1 x - 0 y is not x where y is infinite.
 #[inline(always)]
-fn turn<P: Pack>(m: &mut Columns<P>, p: usize, q: usize, (c, s, far): Turn<P>) {
+fn turn<P: Register>(m: &mut Columns<P>, p: usize, q: usize, (c, s, far): Turn<P>) {
     let zero = P::zero();
     for k in 0..3 {
         let (a, b) = (m[p][k], m[q][k]);
@@ -64,7 +65,7 @@ fn turn<P: Pack>(m: &mut Columns<P>, p: usize, q: usize, (c, s, far): Turn<P>) {
 
 /// The turn that makes columns p and q orthogonal, needed where they are not, to rounding.
 #[inline(always)]
-fn rotation<P: Pack>(b: &Columns<P>, p: usize, q: usize) -> Turn<P> {
+fn rotation<P: Register>(b: &Columns<P>, p: usize, q: usize) -> Turn<P> {
     let one = P::one();
     let (pp, qq, pq) = (dot3(&b[p], &b[p]), dot3(&b[q], &b[q]), dot3(&b[p], &b[q]));
     let far = is_far(pp, qq, pq);
@@ -78,24 +79,43 @@ fn rotation<P: Pack>(b: &Columns<P>, p: usize, q: usize) -> Turn<P> {
 
 /// 1 where |cos| of the angle between two columns is above rounding, else 0.
 #[inline(always)]
-fn is_far<P: Pack>(pp: P, qq: P, pq: P) -> P {
-    let tolerance = P::of(16.0 * P::Number::ROUNDING * P::Number::ROUNDING);
+fn is_far<P: Register>(pp: P, qq: P, pq: P) -> P {
+    let tolerance = P::splat(P::Number::of(16.0 * P::Number::ROUNDING * P::Number::ROUNDING));
     (tolerance * pp * qq).if_less(pq * pq, P::one(), P::zero())
 }
 
 /// Whether columns of any lane are not yet orthogonal.
 #[inline(always)]
-fn any_far<P: Pack>(b: &Columns<P>) -> bool {
+fn any_far<P: Register>(b: &Columns<P>) -> bool {
     let own = [dot3(&b[0], &b[0]), dot3(&b[1], &b[1]), dot3(&b[2], &b[2])];
     let far = is_far(own[0], own[1], dot3(&b[0], &b[1]));
     let far = far + is_far(own[0], own[2], dot3(&b[0], &b[2]));
     (far + is_far(own[1], own[2], dot3(&b[1], &b[2]))).any()
 }
 
-/// Turns the columns of `K` packs until they are orthogonal. Several at once, since a rotation
-/// waits for the one before.
+/// Turns the columns of `K` packs until they are orthogonal: a register of each at a time.
 #[inline(always)]
 pub(crate) fn orthogonalize<P: Pack, const K: usize>(b: &mut [Columns<P>; K]) {
+    for part in 0..P::Register::PARTS {
+        let mut columns = [[[P::Register::zero(); 3]; 3]; K];
+        for k in 0..K {
+            columns[k] = three!(|column| three!(|row| b[k][column][row].register(part)));
+        }
+        orthogonalize_registers(&mut columns);
+        for k in 0..K {
+            for column in 0..3 {
+                for row in 0..3 {
+                    b[k][column][row].set_register(part, columns[k][column][row]);
+                }
+            }
+        }
+    }
+}
+
+/// Turns the columns of `K` registers until they are orthogonal. Several at once, since a rotation
+/// waits for the one before.
+#[inline(always)]
+fn orthogonalize_registers<P: Register, const K: usize>(b: &mut [Columns<P>; K]) {
     for columns in b.iter_mut() {
         *columns = without_negative_zeros(columns);
     }
@@ -107,15 +127,31 @@ pub(crate) fn orthogonalize<P: Pack, const K: usize>(b: &mut [Columns<P>; K]) {
         if !far {
             break;
         }
-        turn_all::<P, K, 0, 1>(b);
-        turn_all::<P, K, 0, 2>(b);
-        turn_all::<P, K, 1, 2>(b);
+        turn_all::<P, K, 0, 1>(b, None);
+        turn_all::<P, K, 0, 2>(b, None);
+        // In the last sweep the turns before left these as they were, most often: orthogonal.
+        if any_far_of::<P, K, 1, 2>(b) {
+            turn_all::<P, K, 1, 2>(b, None);
+        }
     }
 }
 
-/// Turns columns `A` and `B` of each pack: constants, so that columns stay in registers.
+/// Whether columns `A` and `B` of any lane are not yet orthogonal.
 #[inline(always)]
-fn turn_all<P: Pack, const K: usize, const A: usize, const B: usize>(b: &mut [Columns<P>; K]) {
+fn any_far_of<P: Register, const K: usize, const A: usize, const B: usize>(b: &[Columns<P>; K]) -> bool {
+    let mut far = P::zero();
+    for k in 0..K {
+        far += is_far(dot3(&b[k][A], &b[k][A]), dot3(&b[k][B], &b[k][B]), dot3(&b[k][A], &b[k][B]));
+    }
+    far.any()
+}
+
+/// Turns columns `A` and `B` of each register: constants, so that columns stay where they are.
+#[inline(always)]
+fn turn_all<P: Register, const K: usize, const A: usize, const B: usize>(
+    b: &mut [Columns<P>; K],
+    v: Option<&mut [Columns<P>; K]>,
+) {
     let mut turns = [(P::zero(), P::zero(), P::zero()); K];
     for k in 0..K {
         turns[k] = rotation(&b[k], A, B);
@@ -123,17 +159,22 @@ fn turn_all<P: Pack, const K: usize, const A: usize, const B: usize>(b: &mut [Co
     for k in 0..K {
         turn(&mut b[k], A, B, turns[k]);
     }
+    if let Some(v) = v {
+        for k in 0..K {
+            turn(&mut v[k], A, B, turns[k]);
+        }
+    }
 }
 
 /// Puts column q before column p where it is longer, as a rotation: (a, b) becomes (b, -a).
 #[inline(always)]
-fn order<P: Pack>(b: &mut Columns<P>, v: &mut Columns<P>, length2: &mut [P; 3], p: usize, q: usize) {
+fn order<P: Register>(b: &mut Columns<P>, v: &mut Columns<P>, length2: &mut [P; 3], p: usize, q: usize) {
     let (long_p, long_q) = (length2[p], length2[q]);
     for m in [b, v] {
         for k in 0..3 {
             let (x, y) = (m[p][k], m[q][k]);
             m[p][k] = long_p.if_less(long_q, y, x);
-            m[q][k] = long_p.if_less(long_q, -x, y);
+            m[q][k] = long_p.if_less(long_q, P::zero() - x, y);
         }
     }
     length2[p] = long_p.if_less(long_q, long_q, long_p);
@@ -157,11 +198,34 @@ impl<R: Real> WithSimd<R> for Decompose<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Svd { u, sigma, v } = decompose(&load::<P>(self.f));
-        *self.u = store(&u);
-        *self.v = store(&v);
-        for k in 0..3 {
-            self.sigma[k] = sigma[k].store();
+        if const { P::Register::PARTS == 1 } {
+            self.by::<P::Register, 1>();
+        } else {
+            self.by::<P::Register, 2>();
+        }
+    }
+}
+
+impl<R: Real> Decompose<'_, R> {
+    /// Decomposes the lanes of `K` registers at a time.
+    #[inline(always)]
+    fn by<P: Register<Number = R>, const K: usize>(self) {
+        for first in (0..P::PARTS).step_by(K) {
+            let mut f = [[[P::zero(); 3]; 3]; K];
+            for k in 0..K {
+                f[k] = three!(|column| three!(|row| P::load_part(&self.f[column][row], first + k)));
+            }
+            let decomposed = decompose(&f);
+            for k in 0..K {
+                let Svd { u, sigma, v } = decomposed[k];
+                for column in 0..3 {
+                    sigma[column].store_part(&mut self.sigma[column], first + k);
+                    for row in 0..3 {
+                        u[column][row].store_part(&mut self.u[column][row], first + k);
+                        v[column][row].store_part(&mut self.v[column][row], first + k);
+                    }
+                }
+            }
         }
     }
 }
@@ -199,20 +263,37 @@ pub(crate) fn svd<P: Pack>(f: &Columns<P>) -> Svd<P> {
 }
 
 #[inline(always)]
-fn decompose<P: Pack>(f: &Columns<P>) -> Svd<P> {
+fn decompose<P: Register, const K: usize>(f: &[Columns<P>; K]) -> [Svd<P>; K] {
     let (zero, one) = (P::zero(), P::one());
-    let mut b = without_negative_zeros(f);
-    let mut v = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+    let mut b = *f;
+    for columns in &mut b {
+        *columns = without_negative_zeros(columns);
+    }
+    let mut v = [[[one, zero, zero], [zero, one, zero], [zero, zero, one]]; K];
     for _ in 0..SWEEPS {
-        if !any_far(&b) {
+        let mut far = false;
+        for k in 0..K {
+            far |= any_far(&b[k]);
+        }
+        if !far {
             break;
         }
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let by = rotation(&b, p, q);
-            turn(&mut b, p, q, by);
-            turn(&mut v, p, q, by);
-        }
+        turn_all::<P, K, 0, 1>(&mut b, Some(&mut v));
+        turn_all::<P, K, 0, 2>(&mut b, Some(&mut v));
+        turn_all::<P, K, 1, 2>(&mut b, Some(&mut v));
     }
+
+    let mut out = [Svd { u: b[0], sigma: b[0][0], v: v[0] }; K];
+    for k in 0..K {
+        out[k] = in_order(b[k], v[k]);
+    }
+    out
+}
+
+/// From the columns U diag(sigma), and V.
+#[inline(always)]
+fn in_order<P: Register>(mut b: Columns<P>, mut v: Columns<P>) -> Svd<P> {
+    let (zero, one) = (P::zero(), P::one());
     let mut length2 = [dot3(&b[0], &b[0]), dot3(&b[1], &b[1]), dot3(&b[2], &b[2])];
     order(&mut b, &mut v, &mut length2, 0, 2);
     order(&mut b, &mut v, &mut length2, 1, 2);
@@ -228,8 +309,8 @@ fn decompose<P: Pack>(f: &Columns<P>) -> Svd<P> {
 
 /// b / length, or `otherwise` where the length vanishes.
 #[inline(always)]
-fn unit<P: Pack>(b: &[P; 3], length: P, otherwise: &[P; 3]) -> [P; 3] {
-    let least = P::of(P::Number::SMALLEST);
+fn unit<P: Register>(b: &[P; 3], length: P, otherwise: &[P; 3]) -> [P; 3] {
+    let least = P::splat(P::Number::of(P::Number::SMALLEST));
     let inverse = P::one() / length;
     [
         length.if_less(least, otherwise[0], b[0] * inverse),
@@ -240,8 +321,8 @@ fn unit<P: Pack>(b: &[P; 3], length: P, otherwise: &[P; 3]) -> [P; 3] {
 
 /// A unit vector at right angles to a unit vector.
 #[inline(always)]
-fn across<P: Pack>(u: &[P; 3]) -> [P; 3] {
-    let (zero, one, half) = (P::zero(), P::one(), P::of(0.5));
+fn across<P: Register>(u: &[P; 3]) -> [P; 3] {
+    let (zero, one, half) = (P::zero(), P::one(), P::splat(P::Number::of(0.5)));
     // u x e_x unless u lies along x, then u x e_y.
     let along = u[0] * u[0];
     let (by_x, by_y) = (half.if_less(along, zero, one), half.if_less(along, one, zero));

@@ -15,7 +15,7 @@ use super::{
         real::{LANES, Lanes, Pack, Record},
     },
     operators::{operators, whole},
-    portable::{Portable, quads_by_lanes},
+    portable::Portable,
     register::{F32x8, F64x4},
 };
 
@@ -53,13 +53,26 @@ operators! {
 /// The operations that are the same for both precisions but for their intrinsics. Registers are
 /// written out one by one: a closure may not be compiled for the instructions that it calls.
 macro_rules! lanewise {
-    ($number:ty, $register:ty, $wide:ty, $registers:literal [$($i:literal)+], $splat:ident, $load:ident, $store:ident,
+    ($number:ty, $register:ident, $wide:ty, $registers:literal [$($i:literal)+], $splat:ident, $load:ident, $store:ident,
      $div:ident, $sqrt:ident, $max:ident, $and:ident, $andnot:ident,
      $cmp:ident, $min:ident, $floor:ident, $or:ident, $blend:ident, $to_bits:ident, $from_bits:ident,
-     $shift:ident::<$significand:literal>, $add_bits:ident) => {
+     $shift:ident::<$significand:literal>, $add_bits:ident, $signs:ident) => {
         type Register = $register;
         type Wide = $wide;
 
+        #[inline(always)]
+        fn register(self, part: usize) -> $register {
+            $register(self.0[part])
+        }
+        #[inline(always)]
+        fn set_register(&mut self, part: usize, lanes: $register) {
+            self.0[part] = lanes.0;
+        }
+        #[inline(always)]
+        fn any(self) -> bool {
+            let on = unsafe { $($signs($cmp::<_CMP_NEQ_UQ>(self.0[$i], $splat(0.0))))|+ };
+            on != 0
+        }
         #[inline(always)]
         fn splat(value: $number) -> Self {
             Self([unsafe { $splat(value) }; $registers])
@@ -187,7 +200,8 @@ impl Pack for F32x16 {
         _mm256_castps_si256,
         _mm256_castsi256_ps,
         _mm256_slli_epi32::<23>,
-        _mm256_add_epi32
+        _mm256_add_epi32,
+        _mm256_movemask_ps
     );
 
     #[inline(always)]
@@ -320,7 +334,8 @@ impl Pack for F64x16 {
         _mm256_castpd_si256,
         _mm256_castsi256_pd,
         _mm256_slli_epi64::<52>,
-        _mm256_add_epi64
+        _mm256_add_epi64,
+        _mm256_movemask_pd
     );
 
     #[inline(always)]
@@ -328,10 +343,46 @@ impl Pack for F64x16 {
         Portable::load(&self.store()).whole()
     }
 
-    quads_by_lanes!(f64);
-
     #[inline(always)]
     fn widen(self) -> Self {
         self
+    }
+
+    #[inline(always)]
+    fn repeat(quad: &[f64; 4]) -> Self {
+        Self([unsafe { _mm256_loadu_pd(quad.as_ptr()) }; 4])
+    }
+    #[inline(always)]
+    fn spread(quad: &[f64; 4]) -> Self {
+        unsafe {
+            let [a, b] = [_mm256_set1_pd(quad[0]), _mm256_set1_pd(quad[1])];
+            Self([a, b, _mm256_set1_pd(quad[2]), _mm256_set1_pd(quad[3])])
+        }
+    }
+    #[inline(always)]
+    fn fold(self) -> [f64; 4] {
+        let [a, b, c, d] = self.0;
+        let mut sums = [0.0; 4];
+        unsafe {
+            let quad = _mm256_add_pd(_mm256_add_pd(a, c), _mm256_add_pd(b, d));
+            _mm256_storeu_pd(sums.as_mut_ptr(), quad);
+        }
+        sums
+    }
+    #[inline(always)]
+    fn columns(quads: &[[f64; 4]; LANES]) -> [Self; 4] {
+        let (a, b) = (F64x4::columns(quads, 0), F64x4::columns(quads, 1));
+        let (c, d) = (F64x4::columns(quads, 2), F64x4::columns(quads, 3));
+        let [x, y, z] = three!(|i| Self([a[i].0, b[i].0, c[i].0, d[i].0]));
+        [x, y, z, Self([a[3].0, b[3].0, c[3].0, d[3].0])]
+    }
+    #[inline(always)]
+    fn rows(columns: [Self; 4]) -> [[f64; 4]; LANES] {
+        let [x, y, z, w] = columns;
+        let mut quads = [[0.0; 4]; LANES];
+        for part in 0..4 {
+            F64x4::write_rows([x.0[part], y.0[part], z.0[part], w.0[part]], part, &mut quads);
+        }
+        quads
     }
 }

@@ -12,7 +12,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
     super::real::{LANES, Lanes, Pack, Record},
-    operators::{operators, whole},
+    operators::{itself, operators, own, whole},
     portable::{Portable, quads_by_lanes},
 };
 
@@ -40,7 +40,7 @@ operators! {
     / F64x16(unsafe { [_mm512_div_pd(a.0[0], b.0[0]), _mm512_div_pd(a.0[1], b.0[1])] })
 }
 
-whole!([] F32x16, f32, |records, indices| unsafe { Self::gather_all(records, indices) });
+own!([] F32x16, f32, |records, indices| unsafe { Self::gather_all(records, indices) });
 
 impl F32x16 {
     #[inline(always)]
@@ -58,7 +58,7 @@ impl F32x16 {
 }
 
 impl Pack for F32x16 {
-    type Register = Self;
+    itself!();
     type Wide = F64x16;
 
     #[inline(always)]
@@ -291,10 +291,10 @@ impl F64x16 {
     }
 }
 
-whole!([] F64x16, f64, |records, indices| unsafe { Self::gather_all(records, indices) });
+own!([] F64x16, f64, |records, indices| unsafe { Self::gather_all(records, indices) });
 
 impl Pack for F64x16 {
-    type Register = Self;
+    itself!();
     type Wide = Self;
 
     #[inline(always)]

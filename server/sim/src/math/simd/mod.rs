@@ -217,7 +217,7 @@ mod tests {
     use std::marker::PhantomData;
 
     use super::{
-        super::real::{LANES, Pack, Padded, Real, Record, Rounding as _},
+        super::real::{LANES, Lanes, Pack, Padded, Real, Record, Register, Rounding as _},
         *,
     };
 
@@ -252,6 +252,11 @@ mod tests {
                 let mut y = x;
                 y.rotate_left(shift);
                 assert_eq!(of_two::<P>(&x, &y), of_two::<Portable<R>>(&x, &y), "rotated by {shift}");
+                assert_eq!(
+                    of_registers::<P>(&x, &y),
+                    of_registers::<Portable<R>>(&x, &y),
+                    "rotated by {shift}"
+                );
             }
             assert_eq!(of_one::<P>(&x), of_one::<Portable<R>>(&x));
             assert_eq!(of_quads::<P>(&x), of_quads::<Portable<R>>(&x));
@@ -282,6 +287,23 @@ mod tests {
         ]
         .map(bits)
         .to_vec()
+    }
+
+    /// What registers of x and y give, register by register.
+    #[inline(always)]
+    fn of_registers<P: Pack>(x: &[P::Number; LANES], y: &[P::Number; LANES]) -> Vec<[u64; LANES]> {
+        let (mut lanes, mut again) = ([[P::Number::default(); LANES]; 4], P::zero());
+        let (zero, one) = (P::Register::zero(), P::Register::one());
+        assert_eq!((one.any(), zero.any()), (true, false));
+        for part in 0..P::Register::PARTS {
+            let (a, b) = (P::load(x).register(part), P::Register::load_part(y, part));
+            again.set_register(part, a);
+            a.sqrt().store_part(&mut lanes[0], part);
+            a.abs().store_part(&mut lanes[1], part);
+            a.if_less(b, one, a).store_part(&mut lanes[2], part);
+            a.with_sign_of(b).store_part(&mut lanes[3], part);
+        }
+        lanes.map(|lanes| bits(P::load(&lanes))).into_iter().chain([bits(again)]).collect()
     }
 
     #[inline(always)]

@@ -77,3 +77,55 @@ macro_rules! whole {
     };
 }
 pub(super) use whole;
+
+/// Sixteen lanes as a register of their own: one, or as much as one.
+macro_rules! own {
+    ([$($generics:tt)*] $pack:ty, $number:ty, |$records:ident, $indices:ident| $gather:expr) => {
+        whole!([$($generics)*] $pack, $number, |$records, $indices| $gather);
+
+        impl<$($generics)*> $crate::math::Register for $pack {
+            #[inline(always)]
+            fn splat(value: $number) -> Self {
+                Pack::splat(value)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Pack::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Pack::abs(self)
+            }
+            #[inline(always)]
+            fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
+                Pack::if_less(self, other, then, otherwise)
+            }
+            #[inline(always)]
+            fn with_sign_of(self, other: Self) -> Self {
+                Pack::with_sign_of(self, other)
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                Pack::any(self)
+            }
+        }
+    };
+}
+pub(super) use own;
+
+/// The registers of a pack that is its own.
+macro_rules! itself {
+    () => {
+        type Register = Self;
+
+        #[inline(always)]
+        fn register(self, _: usize) -> Self {
+            self
+        }
+        #[inline(always)]
+        fn set_register(&mut self, _: usize, lanes: Self) {
+            *self = lanes;
+        }
+    };
+}
+pub(super) use itself;

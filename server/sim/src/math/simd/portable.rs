@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
     super::real::{LANES, Lanes, Pack, Real, Record},
-    operators::{operators, whole},
+    operators::{itself, operators, own, whole},
 };
 
 /// Packs in the target's baseline instructions.
@@ -36,7 +36,7 @@ operators! {
     |a, b| + a.zip(b, |a, b| a + b), - a.zip(b, |a, b| a - b), * a.zip(b, |a, b| a * b), / a.zip(b, |a, b| a / b)
 }
 
-whole!([R: Real] Portable<R>, R, |records, indices| {
+own!([R: Real] Portable<R>, R, |records, indices| {
     let mut lanes = [[[R::zero(); LANES]; 3]; 2];
     for lane in 0..LANES {
         // SAFETY: the caller promises that the index is in range.
@@ -51,7 +51,7 @@ whole!([R: Real] Portable<R>, R, |records, indices| {
 });
 
 impl<R: Real> Pack for Portable<R> {
-    type Register = Self;
+    itself!();
     type Wide = Portable<f64>;
 
     #[inline(always)]

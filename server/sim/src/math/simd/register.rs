@@ -13,7 +13,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Lanes, Record},
+    super::real::{LANES, Lanes, Record, Register},
     operators::operators,
 };
 
@@ -43,17 +43,66 @@ operators! {
     / F64x4(unsafe { _mm256_div_pd(a.0, b.0) })
 }
 
+/// What a register does with its one instruction, or with few.
+macro_rules! register {
+    ($register:ty, $number:ty, $splat:ident, $sqrt:ident, $and:ident, $andnot:ident, $or:ident, $cmp:ident,
+     $blend:ident, $signs:ident) => {
+        impl Register for $register {
+            #[inline(always)]
+            fn splat(value: $number) -> Self {
+                Self(unsafe { $splat(value) })
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(unsafe { $sqrt(self.0) })
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self(unsafe { $andnot($splat(-0.0), self.0) })
+            }
+            #[inline(always)]
+            fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
+                Self(unsafe { $blend(otherwise.0, then.0, $cmp::<_CMP_LT_OQ>(self.0, other.0)) })
+            }
+            #[inline(always)]
+            fn with_sign_of(self, other: Self) -> Self {
+                Self(unsafe { $or($andnot($splat(-0.0), self.0), $and($splat(-0.0), other.0)) })
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                unsafe { $signs($cmp::<_CMP_NEQ_UQ>(self.0, $splat(0.0))) != 0 }
+            }
+        }
+    };
+}
+
+register!(
+    F32x8,
+    f32,
+    _mm256_set1_ps,
+    _mm256_sqrt_ps,
+    _mm256_and_ps,
+    _mm256_andnot_ps,
+    _mm256_or_ps,
+    _mm256_cmp_ps,
+    _mm256_blendv_ps,
+    _mm256_movemask_ps
+);
+
+register!(
+    F64x4,
+    f64,
+    _mm256_set1_pd,
+    _mm256_sqrt_pd,
+    _mm256_and_pd,
+    _mm256_andnot_pd,
+    _mm256_or_pd,
+    _mm256_cmp_pd,
+    _mm256_blendv_pd,
+    _mm256_movemask_pd
+);
+
 impl F32x8 {
-    #[inline(always)]
-    fn zero() -> Self {
-        Self::splat(0.0)
-    }
-
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Self(unsafe { _mm256_set1_ps(value) })
-    }
-
     /// The first vectors of two records, and the second.
     #[inline(always)]
     unsafe fn both(low: __m256, high: __m256) -> [__m256; 2] {
@@ -109,14 +158,48 @@ impl Lanes for F32x8 {
 }
 
 impl F64x4 {
+    /// Transposes 4 x 4 numbers.
     #[inline(always)]
-    fn zero() -> Self {
-        Self::splat(0.0)
+    fn transpose([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
+        unsafe {
+            let (xz_ab, xz_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+            let (yw_ab, yw_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+            [
+                _mm256_permute2f128_pd::<0x20>(xz_ab, xz_cd),
+                _mm256_permute2f128_pd::<0x20>(yw_ab, yw_cd),
+                _mm256_permute2f128_pd::<0x31>(xz_ab, xz_cd),
+                _mm256_permute2f128_pd::<0x31>(yw_ab, yw_cd),
+            ]
+        }
     }
 
+    /// The four components of quads 4 `part` and the next three.
     #[inline(always)]
-    fn splat(value: f64) -> Self {
-        Self(unsafe { _mm256_set1_pd(value) })
+    pub(super) fn columns(quads: &[[f64; 4]; LANES], part: usize) -> [Self; 4] {
+        let [a, b, c, d] = &quads.as_chunks().0[part];
+        let quads = unsafe {
+            [
+                _mm256_loadu_pd(a.as_ptr()),
+                _mm256_loadu_pd(b.as_ptr()),
+                _mm256_loadu_pd(c.as_ptr()),
+                _mm256_loadu_pd(d.as_ptr()),
+            ]
+        };
+        let [x, y, z, w] = Self::transpose(quads);
+        [Self(x), Self(y), Self(z), Self(w)]
+    }
+
+    /// Writes quads 4 `part` and the next three from their components.
+    #[inline(always)]
+    pub(super) fn write_rows(columns: [__m256d; 4], part: usize, quads: &mut [[f64; 4]; LANES]) {
+        let [a, b, c, d] = Self::transpose(columns);
+        let quads: &mut [[f64; 4]; 4] = &mut quads.as_chunks_mut().0[part];
+        unsafe {
+            _mm256_storeu_pd(quads[0].as_mut_ptr(), a);
+            _mm256_storeu_pd(quads[1].as_mut_ptr(), b);
+            _mm256_storeu_pd(quads[2].as_mut_ptr(), c);
+            _mm256_storeu_pd(quads[3].as_mut_ptr(), d);
+        }
     }
 
     /// Components of one of the two vectors of four records.
