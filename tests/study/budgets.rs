@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use nappe_sim::math::Precision;
 use nappe_study::{
-    Budget, Case, Chart, Map, NoReference, Over, Request, Row, Stability, StabilityRequest, StabilityRow,
-    Stepping, Verdict, chart, stability,
+    Budget, Case, Chart, Effort, Map, NoReference, Over, Request, Row, Stability, StabilityRequest,
+    StabilityRow, Stepping, Verdict, chart, stability,
 };
 use nappe_tests::{
     networks::{sheet, sheet_rules},
@@ -37,6 +37,7 @@ fn studied(budget: &Budget) -> Stability {
         methods: methods.map(str::to_owned).to_vec(),
         maps: Map::ALL.to_vec(),
         cells: 6,
+        effort: Some(Effort::DEFAULT),
     };
     with_threads(2, || stability(&small(), &request, budget, &|_| {}))
 }
@@ -124,6 +125,7 @@ fn charted(budget: &Budget) -> Chart {
         times: None,
         methods: methods.map(str::to_owned).to_vec(),
         precisions: vec![Precision::F64],
+        effort: Some(Effort::DEFAULT),
     };
     chart(&small(), &request, budget, &|_| ())
 }
@@ -163,6 +165,7 @@ fn a_study_of_a_scene_that_no_run_can_begin_says_why_and_judges_what_is_at_rest(
         methods: vec!["symplectic_euler".to_owned()],
         maps: Map::ALL.to_vec(),
         cells: 4,
+        effort: None,
     };
     let study = stability(&case(network, GRAVITY, 0.01), &request, &Budget::new(None), &|_| {});
     assert!(matches!(study.missing, Some(NoReference::Failed(_))) && !study.is_cut, "{:?}", study.missing);

@@ -198,6 +198,7 @@ fn a_study_finds_the_limit_of_explicit_euler_where_dampings_differ() {
         methods: vec!["explicit_euler".to_owned()],
         maps: Vec::new(),
         cells: 4,
+        effort: None,
     };
     let found = stability(&case(network, [0.0; 3], 1e-3), &request, &Budget::new(None), &|_| {});
     let found = found.limits(Over::Rest).next().and_then(|row| row.limit).expect("a limit");

@@ -1,7 +1,7 @@
 //! References and errors against golden data.
 
 use nappe_sim::math::Precision;
-use nappe_study::{Budget, End, Reference, Setting, Steps, Times, reference, run};
+use nappe_study::{Budget, Effort, End, Reference, Setting, Steps, Times, reference, run};
 use nappe_tests::golden::{self, Transient, table};
 
 use crate::support::case;
@@ -16,7 +16,7 @@ const SCENES: [(&str, f64); 3] =
 fn reference_at(motion: &Transient, times: &Times) -> Reference {
     let case = case(motion.network.network(), motion.network.gravity_m_s2, times.interval);
     let budget = Budget::new(None);
-    reference(&case, times, 1e-3, 1e-4 * TOLERANCE, &budget.until(1.0)).expect("a reference")
+    reference(&case, times, 1e-3, 1e-4 * TOLERANCE, Effort::DEFAULT, &budget.until(1.0)).expect("a reference")
 }
 
 fn check_states(name: &str, dt: f64) {

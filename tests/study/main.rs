@@ -1,10 +1,11 @@
-//! Methods compared on a scene: references and errors against golden data, windows, rows that nothing changes, limits of
+//! Methods compared on a scene: references and errors against golden data, windows, classes of effort, rows that nothing changes, limits of
 //! steps against theory.
 
 mod support;
 mod budgets;
 mod golden;
 mod window;
+mod effort;
 mod rows;
 mod snow;
 mod plan;

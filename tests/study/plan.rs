@@ -31,6 +31,7 @@ fn request(tolerance: f64) -> Request {
         times: None,
         methods: Vec::new(),
         precisions: Precision::ALL.to_vec(),
+        effort: None,
     }
 }
 

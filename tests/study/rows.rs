@@ -27,6 +27,7 @@ fn request(times: Option<Times>, methods: &[&str]) -> Request {
         times,
         methods: methods.iter().map(|&name| name.to_owned()).collect(),
         precisions: vec![Precision::F64],
+        effort: None,
     }
 }
 

@@ -43,6 +43,7 @@ fn charted(scene: &SnowScene, methods: &[&str]) -> Chart {
         times: Some(Times::until(END, DT).expect("a multiple")),
         methods: methods.iter().map(|&name| name.to_owned()).collect(),
         precisions: Precision::ALL.to_vec(),
+        effort: None,
     };
     chart(&case, &request, &Budget::new(None), &|_| ())
 }

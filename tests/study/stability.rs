@@ -27,7 +27,7 @@ fn explicit(integrator: Integrator) -> Method {
 
 fn request(end: f64, tolerance: f64, methods: &[&str], maps: &[Map]) -> StabilityRequest {
     let methods = methods.iter().map(|&name| name.to_owned()).collect();
-    StabilityRequest { tolerance, end, methods, maps: maps.to_vec(), cells: 4 }
+    StabilityRequest { tolerance, end, methods, maps: maps.to_vec(), cells: 4, effort: None }
 }
 
 fn course_cloth(name: &str, damping: f64) -> Network {

@@ -85,6 +85,7 @@ fn planned_by(scene: &Scene, tolerance: f64, method: &str, precision: Precision,
         times: None,
         methods: vec![method.to_owned()],
         precisions: vec![precision],
+        effort: None,
     };
     plan(&built(scene), &request, &terms, &Budget::new(None), &|_| ())
 }
@@ -198,6 +199,7 @@ fn nothing_is_left_out_where_a_term_was_not_looked_at() {
         times: None,
         methods: method,
         precisions: vec![Precision::F64],
+        effort: None,
     };
     // It ends when the third term is looked at.
     let budget = Budget::new(None);
@@ -264,6 +266,7 @@ fn terms_that_are_small_alone_and_large_together_do_not_both_go() {
             times: None,
             methods: vec!["velocity_verlet".to_owned()],
             precisions: vec![Precision::F64],
+            effort: None,
         };
         plan(&undamped(&[]), &request, &terms, &Budget::new(None), &|_| ())
     };

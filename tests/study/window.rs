@@ -12,7 +12,7 @@ fn growth_is_that_of_the_golden_motions() {
         let case = case(motion.network.network(), motion.network.gravity_m_s2, 0.1);
         let end = motion.states.iter().map(|state| state.t).fold(0.0, f64::max);
         let budget = Budget::new(None);
-        let found = scan(&case, end, f64::INFINITY, &budget.until(1.0));
+        let found = scan(&case, end, f64::INFINITY, None, &budget.until(1.0));
         assert_eq!(found.end, End::Reached);
         assert!(found.spread.len() >= 64, "{name}: {} times", found.spread.len());
         assert!(found.step <= 0.45 * found.bound, "{name}: {found:?}");

@@ -14,9 +14,9 @@ use crate::{
 /// What errors below the floor are shaded with.
 const FLOOR: &str = "#D9D9D9";
 
-/// Milliseconds and millimetres, of steps that are all alike.
+/// Milliseconds and millimetres, of steps that are all alike: of an error that cannot be told, what it is at most.
 fn point(row: &Row) -> Option<[f64; 2]> {
-    row.stepped.is_even().then_some([row.dt * 1e3, row.error()? * 1e3])
+    row.stepped.is_even().then_some([row.dt * 1e3, row.told()? * 1e3])
 }
 
 pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
@@ -29,6 +29,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
     let mut canvas = Canvas::new("convergence", title, sentence(chart), [x, y], style);
     if chart.floor * 1e3 > errors[0] {
         canvas.shade(Along::Y, [errors[0], chart.floor * 1e3], FLOOR);
+        canvas.mark(Along::Y, chart.floor * 1e3);
     }
 
     let mut lines = lines::of(chart);
@@ -38,6 +39,10 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
     canvas.mark(Along::Y, tolerance);
     let at = [left, canvas.at([x.range[0], tolerance])[1] - 6.0];
     labels.write(&mut canvas, &format!("tolerance, {}", length(chart.tolerance)), at, INK);
+    if chart.floor * 1e3 > errors[0] {
+        let at = [left, canvas.at([x.range[0], chart.floor * 1e3])[1] - 6.0];
+        labels.write(&mut canvas, &lines::floor(chart), at, INK);
+    }
     let bound = chart.scan.bound * 1e3;
     if (x.range[0]..x.range[1]).contains(&bound) {
         canvas.mark(Along::X, bound);
@@ -54,6 +59,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
             line.number(&mut canvas, &mut labels, &point);
         }
     }
+    lines::draw_at_most(&mut canvas, &lines, [0.0, 1.0], &point);
     canvas.finish()
 }
 

@@ -113,6 +113,39 @@ pub(crate) fn draw(
     labels
 }
 
+/// Arrows from the marks of rows whose error is known as at most what these say, in the direction of less, along and down.
+pub(crate) fn draw_at_most(
+    canvas: &mut Canvas,
+    lines: &[Line<'_>],
+    less: [f64; 2],
+    point: &dyn Fn(&Row) -> Option<[f64; 2]>,
+) {
+    for line in lines {
+        let below = line.rows.iter().filter(|row| row.at_most.is_some());
+        for point in below.filter_map(|row| point(row)) {
+            let place = canvas.at(point);
+            arrow(canvas, place, less, line.colour());
+        }
+    }
+}
+
+/// An arrow that begins beside a place (px).
+fn arrow(canvas: &mut Canvas, [x, y]: [f64; 2], [along, down]: [f64; 2], colour: &str) {
+    let [from, to] = [6.0, 16.0].map(|far| [x + far * along, y + far * down]);
+    canvas.segment([from, to], colour, 1.2);
+    for side in [-3.0, 3.0] {
+        let back = [to[0] - 4.0 * along + side * down, to[1] - 4.0 * down + side * along];
+        canvas.segment([to, back], colour, 1.2);
+    }
+}
+
+/// What the line at the floor of a chart is: the own error of its reference, where no spread of copies is larger.
+pub(crate) fn floor(chart: &Chart) -> String {
+    let is_own = chart.reference.as_ref().is_some_and(|reference| reference.error() >= chart.floor);
+    let what = if is_own { "the reference's own error" } else { "what can be told" };
+    format!("{what}, {}", length(chart.floor))
+}
+
 /// Draws a line through points and marks at others, in a look if it is named, full in f64.
 pub(crate) fn trace(
     canvas: &mut Canvas,

@@ -22,9 +22,9 @@ const REASON: &str = "#8A8A8A";
 /// Room for failures at the right (px).
 const RAIL: f64 = 26.0;
 
-/// Millimetres, and seconds per simulated second.
+/// Millimetres, and seconds per simulated second: of an error that cannot be told, what it is at most.
 fn point(row: &Row) -> Option<[f64; 2]> {
-    Some([row.error()? * 1e3, row.seconds?])
+    Some([row.told()? * 1e3, row.seconds?])
 }
 
 pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
@@ -70,6 +70,7 @@ fn drawn(
     let mut canvas = Canvas::new(name, title, sentence, [x, y], style);
     if chart.floor * 1e3 > x.range[0] {
         canvas.shade(Along::X, [x.range[0], chart.floor * 1e3], FLOOR);
+        canvas.mark(Along::X, chart.floor * 1e3);
     }
     draw_front(&mut canvas, chart);
     let lines = lines::of(chart);
@@ -83,6 +84,7 @@ fn drawn(
         }
     }
     draw_failures(&mut canvas, &lines, y.range);
+    lines::draw_at_most(&mut canvas, &lines, [-1.0, 0.0], &point);
     for (at, reason) in reasons {
         let place = canvas.at(*at);
         labels.write(&mut canvas, reason, place, REASON);
@@ -136,7 +138,7 @@ fn draw_marks(canvas: &mut Canvas, labels: &mut Labels, chart: &Chart, [x, y]: [
         labels.write(canvas, "real time", at, INK);
     }
     if chart.floor * 1e3 > x.range[0] {
-        labels.write(canvas, "below what can be told", [left, above + 14.0], INK);
+        labels.write(canvas, &lines::floor(chart), [left, above + 14.0], INK);
     }
 }
 
@@ -186,13 +188,15 @@ fn sentence(chart: &Chart) -> String {
     let cells = chart.reference.as_ref().and_then(|reference| Some((reference, reference.stepped.cell()?)));
     let floor = cells.map_or_else(String::new, |(reference, cell)| {
         format!(
-            " The reference has cells of {} and is known to {}: what is nearer to it is shaded, and not ranked.",
+            " The reference has cells of {} and is known to {}: what is nearer to it is not ranked.",
             length(cell),
             length(reference.error())
         )
     });
+    let below = chart.rows.iter().filter(|row| row.at_most.is_some()).count();
+    let below = if below > 0 { " Marks with an arrow are at most as far off as they say." } else { "" };
     format!(
-        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods; numbers are named below the data.{floor}",
+        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods; numbers are named below the data.{floor}{below}",
         chart.rows.len(),
         cheapest_to(&chart.rows, chart.tolerance)
     )

@@ -1,6 +1,6 @@
 //! What a chart says beside its rows, as JSON.
 
-use nappe_study::{Chart, DISPLACEMENT, Limit, NoReference, Row, SEED};
+use nappe_study::{Chart, DISPLACEMENT, Effort, Limit, NoReference, Row, SEED};
 use serde_json::{Value, json};
 
 use super::words;
@@ -20,6 +20,7 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
         "displacement_m": DISPLACEMENT,
         "tolerance_m": chart.tolerance,
         "budget_s": subject.budget.as_secs_f64(),
+        "effort": chart.effort.map(Effort::class),
         "elapsed_s": subject.begin.elapsed().as_secs_f64(),
         "cut": chart.is_cut,
         "interrupted": chart.is_stopped,
@@ -42,6 +43,7 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
             "force_evaluations": reference.work.force_evaluations,
         })),
         "missing": chart.missing.as_ref().map(missing),
+        "fits_until_s": chart.fits,
         "other_family": chart.other_family().map(place),
         "window": {
             "spacing_s": chart.scan.spacing,
@@ -62,6 +64,7 @@ fn place(row: &Row) -> Value {
         "precision": row.stepped.precision().to_string(),
         "dt": row.dt,
         "rms_error_m": row.rms_error,
+        "at_most_m": row.at_most,
         "seconds_per_simulated_second": row.seconds,
         "own": row.own,
     })

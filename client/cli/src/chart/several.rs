@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use nappe_study::{
-    Chart,
+    Chart, Effort,
     profile::{Cost, Line, Profile, Run, runs},
 };
 use serde_json::{Value, json};
@@ -39,6 +39,7 @@ pub(crate) struct Charted {
     rows: usize,
     /// The last comparison time (s).
     until: f64,
+    effort: Option<Effort>,
     is_cut: bool,
     is_stopped: bool,
 }
@@ -46,9 +47,9 @@ pub(crate) struct Charted {
 impl Charted {
     /// That of a chart.
     pub(crate) fn new(subject: Subject, chart: &Chart) -> Self {
-        let (rows, until) = (chart.rows.len(), chart.until());
+        let (rows, until, effort) = (chart.rows.len(), chart.until(), chart.effort);
         let (is_cut, is_stopped) = (chart.is_cut, chart.is_stopped);
-        Self { subject, runs: runs(chart), rows, until, is_cut, is_stopped }
+        Self { subject, runs: runs(chart), rows, until, effort, is_cut, is_stopped }
     }
 
     /// What scripts are told of it.
@@ -58,6 +59,7 @@ impl Charted {
             "scene_hash": self.subject.scene_hash,
             "rows": self.rows,
             "until_s": self.until,
+            "effort": self.effort.map(Effort::class),
             "cut": self.is_cut,
         })
     }

@@ -1,6 +1,6 @@
 //! A chart in words: what is cheapest to some errors, and what limits the time in which runs are compared.
 
-use nappe_study::{Chart, Limit, NoReference, Row, cheapest};
+use nappe_study::{Chart, Effort, Limit, NoReference, Row, cheapest};
 
 use crate::output::{Column, length, moment, table, three, time};
 
@@ -17,6 +17,14 @@ pub(crate) fn steps(row: &Row) -> String {
     }
 }
 
+/// What is known of the error of a row.
+fn error(row: &Row) -> String {
+    match row.at_most {
+        Some(most) => format!("at most {}", length(most)),
+        None => row.error().map_or_else(String::new, length),
+    }
+}
+
 /// The table at the end.
 pub(crate) fn cheapest_rows(chart: &Chart) -> String {
     let row = |name: String, row: Option<&Row>| {
@@ -25,7 +33,7 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
         };
         let seconds = row.seconds.map_or_else(String::new, |seconds| format!("{seconds:.3}"));
         let method = format!("{} {}", row.stepped.name(), row.stepped.precision());
-        [name, method, steps(row), row.error().map_or_else(String::new, length), seconds].to_vec()
+        [name, method, steps(row), error(row), seconds].to_vec()
     };
     let mut rows: Vec<_> =
         ERRORS.iter().map(|error| row(length(*error), cheapest(&chart.rows, *error))).collect();
@@ -47,11 +55,25 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
     table(&columns, &rows)
 }
 
-/// What limits the time in which runs are compared, what it would take to go further, how fast copies of cloth grow apart, and of
-/// snow what its cells leave open.
+/// What limits the time in which runs are compared, what it would take to go further, how good the reference is, how fast copies of
+/// cloth grow apart, and of snow what its cells leave open.
 pub(crate) fn summary(chart: &Chart) -> String {
-    let parts = [Some(limit(chart)), cut(chart), chart.growth_rate().map(growth), cells(chart)];
+    let parts = [Some(limit(chart)), cut(chart), known(chart), chart.growth_rate().map(growth), cells(chart)];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+/// With which effort the reference was made, how well it is known, and what that leaves open.
+pub(crate) fn known(chart: &Chart) -> Option<String> {
+    let (effort, reference) = (chart.effort?, chart.reference.as_ref()?);
+    let told = format!("By effort {effort} the reference is known to {}", length(reference.error()));
+    let below = chart.rows.iter().filter(|row| row.at_most.is_some()).count();
+    Some(match below {
+        0 => format!("{told}."),
+        1 => format!("{told}: 1 run is nearer to it than can be told, and known as \"at most\" alone."),
+        _ => {
+            format!("{told}: {below} runs are nearer to it than can be told, and known as \"at most\" alone.")
+        }
+    })
 }
 
 /// What is not known for want of time, where something is.
@@ -105,6 +127,15 @@ pub(crate) fn needed(what: &str, seconds: f64) -> String {
     }
 }
 
+/// What takes less where nothing is known for want of time.
+fn smaller(chart: &Chart) -> String {
+    let until = chart.fits.map(|fits| format!("--until {fits}"));
+    let effort = chart.effort.map(Effort::class).filter(|class| *class > 0);
+    let effort = effort.map(|class| format!("--effort {}", class - 1));
+    let asked: Vec<String> = until.into_iter().chain(effort).collect();
+    if asked.is_empty() { String::new() } else { format!(" Less is asked by {}.", asked.join(" or ")) }
+}
+
 /// What limits the time in which runs are compared.
 pub(crate) fn limit(chart: &Chart) -> String {
     let count = chart.reference.as_ref().map_or(0, |reference| reference.times.marks.len());
@@ -113,10 +144,8 @@ pub(crate) fn limit(chart: &Chart) -> String {
     if let Some(missing) = &chart.missing {
         return match missing {
             NoReference::Time(seconds) => {
-                format!(
-                    "Nothing is known: out of time. {}",
-                    needed("The predictability horizon and the reference", *seconds)
-                )
+                let needed = needed("The predictability horizon and the reference", *seconds);
+                format!("Nothing is known: out of time. {needed}{}", smaller(chart))
             }
             NoReference::Failed(cause) => format!("There is no reference: {cause}."),
         };
@@ -156,7 +185,8 @@ pub(crate) fn limit(chart: &Chart) -> String {
             format!("Compared {until}: after that, the reference is not known to {quarter}.")
         }
         Limit::Work => format!(
-            "Compared {until}: a reference on cells half as long would take too much work further on; --until asks for it."
+            "Compared {until}: further on a reference would take more work than its effort allows; --until asks for a time, a larger \
+             --effort for more work."
         ),
         Limit::Failed(cause) => {
             format!("Compared {until}: after that a reference run failed, {cause}.")

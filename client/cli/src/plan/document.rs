@@ -1,6 +1,6 @@
 //! What a plan says, as JSON.
 
-use nappe_study::{Dropped, End, Plan, Row, Term, Tried};
+use nappe_study::{Dropped, Effort, End, Plan, Row, Term, Tried};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -129,6 +129,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "version": env!("CARGO_PKG_VERSION"),
         "machine": { "processor": subject.processor, "threads": subject.threads },
         "budget_s": subject.budget.as_secs_f64(),
+        "effort": plan.chart.effort.map(Effort::class),
         "elapsed_s": subject.begin.elapsed().as_secs_f64(),
         "cut": plan.chart.is_cut,
         "interrupted": plan.chart.is_stopped,

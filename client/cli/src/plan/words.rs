@@ -3,7 +3,7 @@
 use nappe_study::{Dropped, End, Plan, Row, Tried};
 
 use crate::{
-    chart::words::{limit, steps},
+    chart::words::{known, limit, steps},
     output::{Column, length, moment, several, table, time},
 };
 
@@ -28,6 +28,7 @@ pub(crate) fn answer(plan: &Plan) -> String {
         needed(plan, row),
         real_time(plan),
         cut(plan),
+        known(&plan.chart),
         Some(limit(&plan.chart)),
         Some("A plan promises nothing after that.".to_owned()),
     ];

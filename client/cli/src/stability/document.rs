@@ -1,6 +1,6 @@
 //! What a study of stability says beside its rows, as JSON.
 
-use nappe_study::{DISPLACEMENT, NoReference, Over, SEED, Stability, StabilityRow, Verdict};
+use nappe_study::{DISPLACEMENT, Effort, NoReference, Over, SEED, Stability, StabilityRow, Verdict};
 use serde_json::{Value, json};
 
 use super::words;
@@ -16,10 +16,12 @@ pub(super) fn document(subject: &Subject, study: &Stability) -> Value {
         "seed": SEED,
         "tolerance_m": study.tolerance,
         "budget_s": subject.budget.as_secs_f64(),
+        "effort": study.effort.map(Effort::class),
         "elapsed_s": subject.begin.elapsed().as_secs_f64(),
         "cut": study.is_cut,
         "interrupted": study.is_stopped,
         "window_s": study.window,
+        "judged_until_s": study.judged,
         "displacement_m": DISPLACEMENT,
         "growth_rate_per_s": study.growth_rate,
         "certified_bound_s": study.bound.is_finite().then_some(study.bound),

@@ -1,6 +1,6 @@
 //! A study of stability in words: the limits of every method, and what it found.
 
-use nappe_study::{NoReference, Over, Stability, StabilityRow, Stepping, Verdict, WRONG};
+use nappe_study::{Effort, NoReference, Over, Stability, StabilityRow, Stepping, Verdict, WRONG};
 
 use crate::{
     chart::words::needed,
@@ -88,6 +88,9 @@ pub(crate) fn summary(study: &Stability) -> String {
             study.growth_rate.map_or_else(String::new, |rate| format!(" (mean growth rate {rate:.1} 1/s)"))
         ),
     };
+    if let (Some(effort), true) = (study.effort, study.judged > 0.0) {
+        text = format!("{text} By effort {effort} runs are judged until {} at most.", time(study.judged));
+    }
     let lost = study.lost().count();
     if lost > 0 {
         text = format!(
@@ -108,10 +111,13 @@ pub(super) fn missing(study: &Stability) -> Option<String> {
             format!("Nothing could be judged under load: {}.", cause.trim_end_matches('.'))
         }
         NoReference::Time(_) if study.is_stopped => "Nothing is known: interrupted.".to_owned(),
-        NoReference::Time(seconds) => format!(
-            "Nothing is known: out of time. {}",
-            needed("The predictability horizon and a fine run of the scene", *seconds)
-        ),
+        NoReference::Time(seconds) => {
+            let needed = needed("The predictability horizon and a fine run of the scene", *seconds);
+            let class = study.effort.map(Effort::class).filter(|class| *class > 0);
+            let smaller =
+                class.map_or_else(String::new, |class| format!(" Less is asked by --effort {}.", class - 1));
+            format!("Nothing is known: out of time. {needed}{smaller}")
+        }
     })
 }
 

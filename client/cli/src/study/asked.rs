@@ -1,7 +1,7 @@
-//! What verbs of studies are asked for: methods by their names, until when, and to which error.
+//! What verbs of studies are asked for: methods by their names, until when, to which error, and with which effort.
 
 use nappe_scene::{Scene, suggestion};
-use nappe_study::Case;
+use nappe_study::{Case, Effort};
 
 use super::units;
 use crate::{
@@ -40,6 +40,28 @@ pub(crate) fn end(until: Option<f64>, scene: &Scene) -> Result<f64> {
     Ok(end)
 }
 
+/// Evaluations of the force on a particle per second of a fast machine, and seconds of a year.
+const PACE: f64 = 1e8;
+const YEAR: f64 = 3.156e7;
+
+/// A class of effort: `3`, `E3`.
+pub(crate) fn effort(text: &str) -> std::result::Result<Effort, String> {
+    let number = text.strip_prefix(['E', 'e']).unwrap_or(text);
+    let class = number.parse::<u8>().ok().ok_or_else(|| {
+        format!("'{text}' is not a class of effort: a whole number from 0 to {}, such as 3", Effort::MOST)
+    })?;
+    Effort::new(class).ok_or_else(|| {
+        let [default, own] = [Effort::DEFAULT.class(), class].map(f64::from);
+        let work = Effort::DEFAULT.of_cloth() as f64 * 4_f64.powf(own - default);
+        format!(
+            "a run of effort {class} would take up to {work:.1e} evaluations of the force on a particle, {:.1e} years on a fast machine; \
+             allowed: 0 to {}",
+            work / PACE / YEAR,
+            Effort::MOST
+        )
+    })
+}
+
 /// The error (m) that is allowed: one that positions can have, and that not every answer has.
 ///
 /// # Errors
@@ -66,4 +88,22 @@ pub(crate) fn tolerance(text: &str, case: &Case) -> Result<f64> {
         )));
     }
     Ok(tolerance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_class_of_effort_is_a_small_number_or_what_it_would_take_is_said() {
+        for (text, class) in [("0", 0), ("3", 3), ("E3", 3), ("e9", 9)] {
+            assert_eq!(effort(text).map(Effort::class), Ok(class), "{text}");
+        }
+        for wrong in ["", "-1", "1.5", "three", "256"] {
+            let message = effort(wrong).expect_err("no class");
+            assert!(message.ends_with("a whole number from 0 to 9, such as 3"), "{message}");
+        }
+        let message = effort("99").expect_err("too much");
+        assert!(message.contains("years on a fast machine; allowed: 0 to 9"), "{message}");
+    }
 }

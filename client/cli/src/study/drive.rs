@@ -1,6 +1,6 @@
 //! A study on threads of its own, until its budget is used up or a signal comes.
 
-use std::{sync::Arc, time::Duration};
+use std::{convert::Infallible, future, sync::Arc, time::Duration};
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use nappe_scene::printable;
@@ -11,6 +11,9 @@ use crate::{
     error::{CliError, Exit, Result},
     output, remote,
 };
+
+/// Time between two lines in a file or a pipe.
+const INTERVAL: Duration = Duration::from_secs(10);
 
 /// Computes on so many threads of its own, until its seconds are over, if they are limited, or a signal comes. The work is given
 /// the budget, and what tells what is done now.
@@ -39,6 +42,7 @@ pub(crate) fn compute<T: Send + 'static>(
         });
         let ended = tokio::select! {
             ended = &mut work => ended,
+            never = tell(&shown, &stop) => match never {},
             signal = remote::interrupted_by(signals) => {
                 signal?;
                 stop.stop();
@@ -50,6 +54,18 @@ pub(crate) fn compute<T: Send + 'static>(
             CliError::failure(format!("the study ended in an error of this program: {error}"))
         })
     })
+}
+
+/// Writes what is done now as lines where standard error is a file or a pipe, until nobody waits for it any more.
+async fn tell(bar: &ProgressBar, stop: &Stop) -> Infallible {
+    if !bar.is_hidden() {
+        return future::pending().await;
+    }
+    loop {
+        tokio::time::sleep(INTERVAL).await;
+        let left = stop.left().map_or_else(String::new, |left| format!("{} s left: ", left.as_secs()));
+        output::note(&format!("{left}{}", bar.message()));
+    }
 }
 
 /// The end of a study that a signal came to.

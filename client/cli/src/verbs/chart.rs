@@ -9,7 +9,7 @@ use clap::Args;
 use nappe_scene::Scene;
 use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_sim::math::Precision;
-use nappe_study::{Case, Chart, Request, Times, TimesError, line_names};
+use nappe_study::{Case, Chart, Effort, Request, Times, TimesError, line_names};
 
 use crate::{
     args::PrecisionName,
@@ -32,6 +32,7 @@ Examples:
   nappe chart my.toml --budget 10min --out study    a scene of your own, with more time for finer steps
   nappe chart flag --tolerance 0.1mm                to a tenth of a millimetre
   nappe chart flag --until 0.5 --precision f64      until a time, although it may lie beyond the predictability horizon
+  nappe chart flag --effort 2 --budget 10min        with a smaller reference, the same on any machine
   nappe chart drap10 --method velocity_verlet,bdf2_newton --json
   nappe chart brasseur                              a scene of snow: every transfer and kernel on its cells and twice those
   nappe chart drap10 flag hanging_sheet --out study a chart of each, and on what share of them each method is the cheapest
@@ -39,7 +40,8 @@ Examples:
 
 It finds the predictability horizon of the scene, computes a reference until then, and runs every method
 at ever shorter steps within the budget. Of snow the reference has cells that are halved, with each particle split
-into eight. A budget that is too small for window and reference says how much they take. Let the machine be idle: seconds are measured.
+into eight. How much work the reference takes is its effort, which the budget pays: the chart says it, and --effort asks for it.
+Let the machine be idle: seconds are measured.
 
 It writes chart.csv, a row per run, chart.json, and pictures: work_precision, convergence and window, each as
 SVG and PNG. docs/charts.md says how to read them. With --json the last line is one object with their paths.
@@ -56,6 +58,10 @@ pub(crate) struct ChartArgs {
     /// Time that each scene may take: 60s, 10min
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
     budget: Duration,
+    /// Class of effort of the reference, 0 to 9: each takes four times the work of the one before, and what it finds does not depend on
+    /// the machine [default: the largest that the budget can pay]
+    #[arg(long, value_name = "N", value_parser = asked::effort)]
+    effort: Option<Effort>,
     /// Error of positions that matters: 1mm, 0.1mm
     #[arg(long, value_name = "LENGTH", default_value = "1mm")]
     tolerance: String,
@@ -206,6 +212,7 @@ fn request(args: &ChartArgs, scene: &Scene, case: &Case) -> Result<Request> {
         times,
         methods: args.methods.clone(),
         precisions: args.precision.map_or_else(|| Precision::ALL.to_vec(), |one| vec![one.into()]),
+        effort: args.effort,
     })
 }
 
@@ -220,6 +227,7 @@ fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) ->
         "hash_of": HASH_OF,
         "rows": chart.rows.len(),
         "until_s": chart.until(),
+        "effort": chart.effort.map(Effort::class),
         "cut": chart.is_cut,
         "interrupted": chart.is_stopped,
         "files": written,

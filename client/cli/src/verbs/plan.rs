@@ -9,7 +9,7 @@ use clap::Args;
 use nappe_scene::Scene;
 use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_sim::math::Precision;
-use nappe_study::{Case, Plan, Request, SceneTerms, Stepped, Terms, line_names};
+use nappe_study::{Case, Effort, Plan, Request, SceneTerms, Stepped, Terms, line_names};
 
 use crate::{
     error::{CliError, Result},
@@ -48,6 +48,10 @@ pub(crate) struct PlanArgs {
     /// Time that it may take: 60s, 10min
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
     budget: Duration,
+    /// Class of effort of the reference, 0 to 9: each takes four times the work of the one before, and what it finds does not depend on
+    /// the machine [default: the largest that the budget can pay]
+    #[arg(long, value_name = "N", value_parser = asked::effort)]
+    effort: Option<Effort>,
     /// Plan until this time (s) at most [default: the end of the scene]
     #[arg(long, value_name = "S", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
@@ -144,7 +148,8 @@ fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
     // A scene is over at its end, whatever is asked for.
     let end = if scene.steps > 0 { end.min(scene.steps as f64 * scene.dt) } else { end };
     let (methods, precisions) = (args.methods.clone(), Precision::ALL.to_vec());
-    Ok(Request { tolerance, end, scene_steps: scene.steps, times: None, methods, precisions })
+    let (scene_steps, effort) = (scene.steps, args.effort);
+    Ok(Request { tolerance, end, scene_steps, times: None, methods, precisions, effort })
 }
 
 fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> Result<()> {

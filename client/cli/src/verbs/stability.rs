@@ -8,7 +8,7 @@ use std::{
 use clap::{Args, ValueEnum};
 use nappe_scene::Scene;
 use nappe_server::numbers::{Least, SECONDS, real, whole};
-use nappe_study::{Case, Map, Method, Stability, StabilityRequest};
+use nappe_study::{Case, Effort, Map, Method, Stability, StabilityRequest};
 
 use crate::{
     error::{CliError, Exit, Result},
@@ -39,7 +39,7 @@ pub(crate) struct StabilityArgs {
     #[arg(required_unless_present = "gallery")]
     scene: Option<String>,
     /// The gallery instead of a scene: scenes in which programs of this kind fail, over every method
-    #[arg(long, conflicts_with_all = ["scene", "budget", "tolerance", "until", "methods", "maps", "cells"])]
+    #[arg(long, conflicts_with_all = ["scene", "budget", "effort", "tolerance", "until", "methods", "maps", "cells"])]
     gallery: bool,
     /// Folder for the files [default: stability-SCENE, stability-gallery]
     #[arg(long, value_name = "DIR")]
@@ -47,6 +47,10 @@ pub(crate) struct StabilityArgs {
     /// Time that it may take: 60s, 10min
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
     budget: Duration,
+    /// Class of effort of the reference, 0 to 9: each takes four times the work of the one before, and what it finds does not depend on
+    /// the machine [default: the largest that the budget can pay]
+    #[arg(long, value_name = "N", value_parser = asked::effort)]
+    effort: Option<Effort>,
     /// Error of positions that matters: a stable run is wrong beyond ten times it
     #[arg(long, value_name = "LENGTH", default_value = "1mm")]
     tolerance: String,
@@ -149,6 +153,7 @@ fn request(args: &StabilityArgs, scene: &Scene, case: &Case) -> Result<Stability
         methods: args.methods.clone(),
         maps: Vec::new(),
         cells: args.cells.into(),
+        effort: args.effort,
     })
 }
 
@@ -207,6 +212,7 @@ fn say(format: Format, subject: &Subject, study: &Stability, written: &[PathBuf]
     let json = serde_json::json!({
         "scene": subject.name,
         "rows": study.rows.len(),
+        "effort": study.effort.map(Effort::class),
         "lost": study.lost().count(),
         "cut": study.is_cut,
         "interrupted": study.is_stopped,

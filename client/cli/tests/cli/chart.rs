@@ -53,6 +53,8 @@ fn a_chart_has_rows_a_document_and_pictures() {
     }
 
     assert_eq!(document["machine"]["threads"], 2);
+    assert!(document["effort"].as_u64().is_some_and(|class| class <= 9), "{document}");
+    assert_eq!(said["effort"], document["effort"]);
     assert_eq!(document["tolerance_m"], 1e-3);
     for key in ["until_s", "floor_m", "reference_error_m"] {
         assert!(document[key].as_f64().is_some_and(|number| number > 0.0), "{key} in {document}");
@@ -87,6 +89,8 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
     refused(&[&scene, "--tolerance", "1e300"], 2, "since the scene is 778 mm long; a smaller one is needed");
     refused(&[&scene, "--tolerance", "1e-300"], 2, "allowed: 1e-12 m and more");
     refused(&[&scene, "--budget", "0s"], 2, "not a time above 0");
+    refused(&[&scene, "--effort", "99"], 2, "years on a fast machine; allowed: 0 to 9");
+    refused(&[&scene, "--effort", "much"], 2, "'much' is not a class of effort");
     let endless = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
     refused(&[&endless], 2, "say until when with --until S");
     let done = nappe_in(folder.path(), &["chart", &endless, "--until", "0.1", "--out", "file"]);

@@ -2,9 +2,10 @@
 
 use super::row::Row;
 
-/// Marks the rows of the front, of those that are ranked.
-pub(crate) fn mark(rows: &mut [Row]) {
-    let place = |row: &Row| row.error().filter(|_| row.is_ranked()).zip(row.seconds);
+/// Marks the rows of the front, of those that are ranked: errors below a floor (m) are all alike.
+pub(crate) fn mark(rows: &mut [Row], floor: f64) {
+    let error = |row: &Row| row.error().filter(|_| row.is_ranked()).map(|error| error.max(floor));
+    let place = |row: &Row| error(row).zip(row.seconds);
     let places: Vec<_> = rows.iter().map(place).collect();
     for (row, own) in rows.iter_mut().zip(&places) {
         let beaten = |own: [f64; 2]| places.iter().flatten().any(|other| is_better([other.0, other.1], own));
@@ -17,9 +18,9 @@ fn is_better(one: [f64; 2], other: [f64; 2]) -> bool {
     one[0] <= other[0] && one[1] <= other[1] && one != other
 }
 
-/// The rows of the front whose error is at most that (m): the cheapest.
+/// The cheapest row whose error is known to be at most that (m).
 pub fn cheapest(rows: &[Row], error: f64) -> Option<&Row> {
-    let good = rows.iter().filter(|row| row.error().is_some_and(|found| found <= error));
+    let good = rows.iter().filter(|row| row.told().is_some_and(|found| found <= error));
     good.filter(|row| row.seconds.is_some()).min_by(|a, b| {
         let seconds = |row: &Row| row.seconds.unwrap_or(f64::INFINITY);
         seconds(a).total_cmp(&seconds(b))

@@ -6,8 +6,8 @@ use super::{front, request::Request, row::Row, rows::rows, timing};
 use crate::{
     case::{Case, Times},
     method::Stepped,
-    reference::{NoReference, OPEN, Reference, Scan, reference, scan},
-    run::{Budget, End},
+    reference::{Chosen, Effort, NoReference, OPEN, Reference, Scan, chosen, reference, scan},
+    run::{Budget, End, Phase},
 };
 
 /// Shares of the budget at whose end each part is over: the reference is known then, or nothing is.
@@ -17,6 +17,11 @@ const AGAIN: f64 = 0.98;
 
 /// Share of the tolerance that the reference is to be good to.
 const GOOD_REFERENCE: f64 = 1e-4;
+
+/// Where the reference is known to a quarter of the tolerance at fewer times than these, a chart compares at all of its times.
+const TIMES: u64 = 16;
+/// How many times what fits into a budget may take as long as it looks.
+const ROOM: f64 = 1.5;
 
 /// What ends the time in which runs are compared.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +34,7 @@ pub enum Limit {
     Spread,
     /// The reference is not good enough further on.
     Reference,
-    /// A reference would take too much work further on.
+    /// A reference would take more work further on than its effort allows.
     Work,
     /// A step of a reference run failed.
     Failed(String),
@@ -40,12 +45,17 @@ pub enum Limit {
 pub struct Chart {
     /// Error that matters (m).
     pub tolerance: f64,
+    /// The class of effort of the reference; none where it came to none.
+    pub effort: Option<Effort>,
     /// What copies showed that start a hair away.
     pub scan: Scan,
     /// The reference at all times that were looked at.
     pub whole: Option<Reference>,
     /// Why there is none.
     pub missing: Option<NoReference>,
+    /// The time (s), a step of the scene, until which runs could be compared within the budget, where the times that are asked for take
+    /// longer.
+    pub fits: Option<f64>,
     /// The reference at the comparison times.
     pub reference: Option<Reference>,
     /// What ends them.
@@ -77,9 +87,11 @@ impl Chart {
     pub(super) fn new(tolerance: f64, limit: Limit, scan: Scan) -> Self {
         Self {
             tolerance,
+            effort: None,
             scan,
             whole: None,
             missing: None,
+            fits: None,
             reference: None,
             limit,
             floor: 0.0,
@@ -118,10 +130,10 @@ pub(crate) fn of_cloth(case: &Case, request: &Request, budget: &Budget, tell: &d
         let (rows, is_cut) = rows(case, request, &reference, chart.floor, &budget.until(ROWS), tell);
         chart.rows = rows;
         chart.is_cut |= is_cut;
-        front::mark(&mut chart.rows);
+        front::mark(&mut chart.rows, chart.floor);
         tell("timing the best rows again, in turn");
         timing::again(case, &mut chart.rows, &reference.times, &budget.until(AGAIN));
-        front::mark(&mut chart.rows);
+        front::mark(&mut chart.rows, chart.floor);
     }
     chart.is_stopped = budget.is_stopped();
     chart
@@ -135,22 +147,66 @@ pub(crate) fn without_rows(
     budget: &Budget,
     tell: &dyn Fn(&str),
 ) -> Chart {
-    let allowed = OPEN * request.tolerance;
-    let end = request.times.as_ref().map_or(request.end, Times::end);
-    let most = if request.times.is_some() { f64::INFINITY } else { allowed };
-    tell("looking for the predictability horizon");
     let phase = budget.until(REFERENCE);
+    let left = phase.left();
+    let mut chart = compared(case, request, kept, &phase, tell);
+    chart.is_cut = matches!(chart.missing, Some(NoReference::Time(_)));
+    chart.fits = chart.missing.as_ref().and_then(|missing| fits(case, request, missing, left));
+    chart
+}
+
+/// Chooses a class of effort, looks for the window, and for the reference within it.
+fn compared(case: &Case, request: &Request, kept: Kept, phase: &Phase, tell: &dyn Fn(&str)) -> Chart {
+    tell("measuring the first steps");
+    let asked = request.times.as_ref().map(Times::end);
+    let ends = [asked.unwrap_or(request.end), asked.unwrap_or(0.0)];
+    let chosen = match chosen(case, request.effort, ends, phase) {
+        Ok(chosen) => chosen,
+        Err(missing) => {
+            let chart = Chart::new(request.tolerance, Limit::Scene, Scan::nothing(case));
+            return Chart { effort: request.effort, missing: Some(missing), ..chart };
+        }
+    };
     let begin = Instant::now();
-    let scan = scan(case, end, most, &phase);
-    let seconds = begin.elapsed().as_secs_f64();
-    let mut chart = Chart::new(request.tolerance, limit(&scan, request), scan);
-    if chart.scan.end.cut().is_some() {
-        chart.is_cut = true;
-        // The scan has three copies of the scene; the reference takes longer.
-        chart.missing = Some(NoReference::Time(2.0 * chart.scan.needed(seconds, end)));
+    let chart = horizon(case, request, &chosen, phase, tell);
+    if chart.missing.is_some() {
         return chart;
     }
+    let seconds = begin.elapsed().as_secs_f64();
+    let mut chart = referred(chart, case, request, (kept, &chosen), phase, tell);
+    chart.missing = chart.missing.map(|missing| missing.after(seconds));
+    chart
+}
 
+/// The predictability horizon alone, by copies that start a hair away. Where times are asked for they go on to the last of them.
+fn horizon(case: &Case, request: &Request, chosen: &Chosen, phase: &Phase, tell: &dyn Fn(&str)) -> Chart {
+    let (end, most, effort) = match &request.times {
+        Some(times) => (times.end(), f64::INFINITY, None),
+        None => (request.end, OPEN * request.tolerance, Some(chosen.effort)),
+    };
+    tell(&chosen.told("looking for the predictability horizon"));
+    let begin = Instant::now();
+    let scan = scan(case, end, most, effort, phase);
+    let seconds = begin.elapsed().as_secs_f64();
+    let mut chart = Chart::new(request.tolerance, limit(&scan, request), scan);
+    chart.effort = Some(chosen.effort);
+    if chart.scan.end.cut().is_some() {
+        // The scan has three copies of the scene; the reference takes longer.
+        chart.missing = Some(NoReference::Time(2.0 * chart.scan.needed(seconds, end)));
+    }
+    chart
+}
+
+/// The same with the reference within it.
+fn referred(
+    mut chart: Chart,
+    case: &Case,
+    request: &Request,
+    (kept, chosen): (Kept, &Chosen),
+    phase: &Phase,
+    tell: &dyn Fn(&str),
+) -> Chart {
+    let allowed = OPEN * request.tolerance;
     let within = Times::even(chart.scan.spacing, chart.scan.count_within(allowed));
     let times = match (&request.times, kept) {
         (Some(times), _) => times.clone(),
@@ -161,17 +217,24 @@ pub(crate) fn without_rows(
         }
     };
     if times.count() > 0 {
-        tell("computing the reference");
+        tell(&chosen.told("computing the reference"));
         let wanted = GOOD_REFERENCE * request.tolerance;
-        match reference(case, &times, chart.scan.step, wanted, &phase) {
+        match reference(case, &times, chart.scan.step, wanted, chosen.effort, phase) {
             Ok(found) => chart.keep(found, request, kept),
-            Err(missing) => {
-                chart.is_cut = matches!(missing, NoReference::Time(_));
-                chart.missing = Some(missing.after(seconds));
-            }
+            Err(missing) => chart.missing = Some(missing),
         }
     }
     chart
+}
+
+/// The time (s), a step of the scene, until which runs could be compared in some seconds, where the times that are asked for take so many
+/// more.
+pub(super) fn fits(case: &Case, request: &Request, missing: &NoReference, seconds: f64) -> Option<f64> {
+    let (Some(times), NoReference::Time(needed)) = (&request.times, missing) else { return None };
+    let steps = (times.end() * (seconds / (ROOM * needed)).min(1.0) / case.dt()).floor();
+    // In as few digits as tell it apart.
+    let until = (steps * case.dt() * 1e9).round() / 1e9;
+    (steps >= 1.0 && until < times.end()).then_some(until)
 }
 
 fn limit(scan: &Scan, request: &Request) -> Limit {
@@ -181,8 +244,9 @@ fn limit(scan: &Scan, request: &Request) -> Limit {
         End::Reached if scan.spread.last().is_some_and(|spread| *spread > OPEN * request.tolerance) => {
             Limit::Spread
         }
+        End::Costly => Limit::Work,
         // Where its time was over nothing is compared.
-        End::Reached | End::Cut(_) | End::Costly => Limit::Scene,
+        End::Reached | End::Cut(_) => Limit::Scene,
     }
 }
 
@@ -193,7 +257,10 @@ impl Chart {
             found.clone()
         } else {
             let is_within = |error: &&f64| **error <= OPEN * self.tolerance;
-            let count = found.own_error.iter().take_while(is_within).count() as u64;
+            let good = found.own_error.iter().take_while(is_within).count() as u64;
+            // Where hardly anything is known so well, a chart tells errors that are larger than that of the reference.
+            let is_rough = kept == Kept::Few && good < TIMES;
+            let count = if is_rough { found.times.count() } else { good };
             if count < found.times.count() {
                 self.limit = Limit::Reference;
             }

@@ -9,7 +9,7 @@ use nappe_sim::{
 
 use super::{
     front,
-    of_cloth::{Chart, Limit, REFERENCE},
+    of_cloth::{Chart, Limit, REFERENCE, fits},
     request::Request,
     row::Row,
     timing,
@@ -18,7 +18,7 @@ use crate::{
     case::{Case, Times},
     method::{SnowSetting, SnowSteps, Variant, variants},
     quantity::length,
-    reference::{COST, F64_COST, MOST_WORK, NoReference, Reference, Scan, halved},
+    reference::{COST, Effort, F64_COST, NoReference, Reference, Scan, chosen_of_snow, halved},
     run::{Budget, End, Phase, run, run_within},
 };
 
@@ -46,31 +46,50 @@ pub(crate) fn of_snow(
     tell: &dyn Fn(&str),
 ) -> Chart {
     let settings = settings(snow, request);
-    tell("the scene as it is written");
-    let mut chart = empty(case, request);
+    // Copies that start almost alike tell nothing that halved cells do not.
+    let mut chart = Chart::new(request.tolerance, Limit::Scene, Scan::nothing(case));
     let phase = budget.until(REFERENCE);
-    match window(case, snow, request, &phase) {
-        Ok((times, limit)) => {
-            chart.limit = limit;
-            if times.count() > 0 {
-                tell("computing the reference on halved cells");
-                chart.take(halved(case, &times, &phase), &times);
-            }
-        }
-        Err(needed) => {
-            chart.is_cut = true;
-            chart.missing = Some(NoReference::Time(needed));
-        }
+    let left = phase.left();
+    if let Err(missing) = compare(&mut chart, (case, snow), request, &phase, tell) {
+        chart.is_cut = true;
+        chart.missing = Some(missing);
     }
+    chart.fits = chart.missing.as_ref().and_then(|missing| fits(case, request, missing, left));
     add_rows(&mut chart, case, snow, &settings, &budget.until(ROWS), tell);
-    front::mark(&mut chart.rows);
+    front::mark(&mut chart.rows, chart.floor);
     if let Some(reference) = &chart.reference {
         tell("timing the best rows again, in turn");
         timing::again(case, &mut chart.rows, &reference.times, &budget.until(AGAIN));
-        front::mark(&mut chart.rows);
+        front::mark(&mut chart.rows, chart.floor);
     }
     chart.is_stopped = budget.is_stopped();
     chart
+}
+
+/// Chooses a class of effort, and looks for the reference and for the times at which runs are compared.
+///
+/// # Errors
+/// Time was over before there was anything to compare with.
+fn compare(
+    chart: &mut Chart,
+    (case, snow): (&Case, &SnowSetup),
+    request: &Request,
+    phase: &Phase,
+    tell: &dyn Fn(&str),
+) -> Result<(), NoReference> {
+    tell("measuring the first steps");
+    let asked = request.times.as_ref().map(Times::end);
+    let ends = [asked.unwrap_or(request.end), asked.unwrap_or(0.0)];
+    let chosen = chosen_of_snow((case, snow), request.effort, ends, phase)?;
+    chart.effort = Some(chosen.effort);
+    tell(&chosen.told("the scene as it is written"));
+    let (times, limit) = window((case, snow), request, chosen.effort, phase).map_err(NoReference::Time)?;
+    chart.limit = limit;
+    if times.count() > 0 {
+        tell(&chosen.told("computing the reference on halved cells"));
+        chart.take(halved(case, &times, chosen.effort, phase), &times);
+    }
+    Ok(())
 }
 
 impl Chart {
@@ -92,18 +111,6 @@ impl Chart {
             }
         }
     }
-}
-
-fn empty(case: &Case, request: &Request) -> Chart {
-    // Copies that start almost alike tell nothing that halved cells do not.
-    let scan = Scan {
-        spacing: case.dt(),
-        spread: Vec::new(),
-        step: case.dt(),
-        bound: f64::INFINITY,
-        end: End::Reached,
-    };
-    Chart::new(request.tolerance, Limit::Scene, scan)
 }
 
 /// The settings of all rows, in the order of a chart. A period of an odd number of blocks has no cells twice as long.
@@ -142,18 +149,23 @@ fn cost(setting: &SnowSetting, scene: &SnowSettings) -> f64 {
 }
 
 /// The times at which runs are compared, and what ends them: those that were asked for, or as many steps of the scene as a
-/// reference on cells half as long makes with the work that it is allowed.
+/// reference on cells half as long makes with the work that its effort allows.
 ///
 /// # Errors
 /// Time was over; about how many seconds the reference takes.
-fn window(case: &Case, snow: &SnowSetup, request: &Request, phase: &Phase) -> Result<(Times, Limit), f64> {
+fn window(
+    (case, snow): (&Case, &SnowSetup),
+    request: &Request,
+    effort: Effort,
+    phase: &Phase,
+) -> Result<(Times, Limit), f64> {
     if let Some(times) = &request.times {
         return Ok((times.clone(), Limit::Asked));
     }
     let steps = (request.end / case.dt()).round() as u64;
     let own = SnowSetting::own(snow, case.precision, 0);
     let last = Times { interval: case.dt(), marks: vec![steps] };
-    let most = (MOST_WORK / (COST * case.particle_count() as f64)) as u64;
+    let most = (effort.of_snow() as f64 / (COST * case.particle_count() as f64)) as u64;
     let made = run_within(case, (&own).into(), &last, phase, most);
     let limit = match &made.end {
         End::Reached => Limit::Scene,
@@ -202,7 +214,7 @@ fn add_rows(
     rows.sort_by_key(|(place, _)| *place);
     for (_, mut row) in rows {
         chart.is_cut |= row.end.cut().is_some();
-        row.below_floor = row.error().is_some_and(|error| error < chart.floor);
+        row.mark_below(chart.floor);
         chart.rows.push(row);
     }
 }

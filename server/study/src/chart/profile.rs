@@ -68,7 +68,7 @@ pub fn runs(chart: &Chart) -> Vec<Run> {
         method: row.stepped.name(),
         name: row.stepped.reader_name(),
         precision: row.stepped.precision(),
-        is_right: row.is_ranked() && row.error().is_some_and(|error| error <= chart.tolerance),
+        is_right: row.is_ranked() && row.told().is_some_and(|error| error <= chart.tolerance),
         seconds: row.seconds,
         count: row.count(),
     };

@@ -2,7 +2,7 @@
 
 use nappe_sim::math::Precision;
 
-use crate::case::Times;
+use crate::{case::Times, reference::Effort};
 
 /// What is asked of a chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,4 +19,6 @@ pub struct Request {
     pub methods: Vec<String>,
     /// Precisions in which every method runs.
     pub precisions: Vec<Precision>,
+    /// The class of effort of the reference; none: the largest that the budget can pay.
+    pub effort: Option<Effort>,
 }

@@ -38,6 +38,9 @@ pub struct Row {
     pub end: End,
     /// Whether its error is less than what can be told.
     pub below_floor: bool,
+    /// How large its error (m) is at most, where it is less than what can be told: how far it is from the reference, and what that is
+    /// not known by.
+    pub at_most: Option<f64>,
     /// Whether no other row is better in error and seconds.
     pub front: bool,
     /// Whether it is the scene as it is written.
@@ -102,6 +105,7 @@ impl Row {
             state_hash,
             end,
             below_floor: false,
+            at_most: None,
             front: false,
             own: stepped.is_own(),
         }
@@ -121,6 +125,18 @@ impl Row {
     /// is not much nearer to the truth than rows are.
     pub(crate) const fn is_ranked(&self) -> bool {
         !(self.below_floor && matches!(self.stepped, Stepped::Snow(_)))
+    }
+
+    /// Notes whether its error is below a floor (m), under which errors cannot be told.
+    pub(crate) fn mark_below(&mut self, floor: f64) {
+        let below = self.error().filter(|error| *error < floor);
+        self.below_floor = below.is_some();
+        self.at_most = below.map(|error| error + floor);
+    }
+
+    /// What its error (m) is known to be: it, or what it is at most.
+    pub fn told(&self) -> Option<f64> {
+        self.error().map(|error| self.at_most.unwrap_or(error))
     }
 
     /// Its error (m), where it reached its end near the reference.

@@ -96,8 +96,9 @@ pub(crate) fn rows(
     let is_late = search.lines.iter().any(|line| line.dropped == Some(Dropped::Time));
     let is_cut = is_late || search.rows.iter().any(|row| row.end.cut().is_some());
     let marked = |place: usize| {
-        let row = search.rows[place].clone();
-        Row { below_floor: row.error().is_some_and(|error| error < floor), ..row }
+        let mut row = search.rows[place].clone();
+        row.mark_below(floor);
+        row
     };
     (search.order().into_iter().map(marked).collect(), is_cut)
 }

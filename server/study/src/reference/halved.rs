@@ -5,7 +5,10 @@
 
 use nappe_sim::{math::Precision, report::Work, snow::SnowSetup};
 
-use super::nearest::{NoReference, Reference};
+use super::{
+    effort::Effort,
+    nearest::{NoReference, Reference},
+};
 use crate::{
     case::{Case, Times},
     method::{CHILDREN, SnowSetting},
@@ -16,9 +19,6 @@ use crate::{
 const HALVINGS: u32 = 3;
 /// How many times as much work a run takes whose cells are half as long: 8 times as many particles make twice as many steps.
 pub(crate) const COST: f64 = 16.0;
-/// Steps of particles that a run of a reference takes at most, beyond which cells are not halved again. They are counted, so
-/// that no clock decides how good a reference is.
-pub(crate) const MOST_WORK: f64 = 1e8;
 /// How many times as long a run takes in f64.
 pub(crate) const F64_COST: f64 = 2.5;
 /// Orders by which the error of a run follows from its distance to the one before.
@@ -32,14 +32,20 @@ const FAR: f64 = 5.0;
 ///
 /// # Errors
 /// When time was over, or a step failed before the first time.
-pub(crate) fn halved(case: &Case, times: &Times, phase: &Phase) -> Result<Reference, NoReference> {
+pub(crate) fn halved(
+    case: &Case,
+    times: &Times,
+    effort: Effort,
+    phase: &Phase,
+) -> Result<Reference, NoReference> {
     let Some(snow) = &case.setup.snow else {
         return Err(NoReference::Failed("there is no snow".to_owned()));
     };
-    let (mut found, work) = Ladder::new(case, snow, Precision::F32).climb(times, phase)?;
+    let most = effort.of_snow() as f64;
+    let (mut found, work) = Ladder::new((case, snow), Precision::F32, most).climb(times, phase)?;
     let is_near = found.error() < FAR * F32_ERROR;
-    if is_near && F64_COST * work <= MOST_WORK {
-        match Ladder::new(case, snow, Precision::F64).climb(&found.times, phase) {
+    if is_near && F64_COST * work <= most {
+        match Ladder::new((case, snow), Precision::F64, most).climb(&found.times, phase) {
             Ok((finer, _)) if finer.times == found.times => {
                 return Ok(Reference { work: found.work.and(finer.work), ..finer });
             }
@@ -56,6 +62,8 @@ struct Ladder<'a> {
     case: &'a Case,
     snow: &'a SnowSetup,
     precision: Precision,
+    /// Steps of particles that a run takes at most, beyond which cells are not halved again.
+    most: f64,
     /// Positions of the last run at each time.
     states: Vec<Vec<f64>>,
     /// How far (rms, m) each run is from the one before, at each time.
@@ -64,9 +72,9 @@ struct Ladder<'a> {
 }
 
 impl<'a> Ladder<'a> {
-    fn new(case: &'a Case, snow: &'a SnowSetup, precision: Precision) -> Self {
+    fn new((case, snow): (&'a Case, &'a SnowSetup), precision: Precision, most: f64) -> Self {
         let (states, distances) = (Vec::new(), Vec::new());
-        Self { case, snow, precision, states, distances, work: Work::default() }
+        Self { case, snow, precision, most, states, distances, work: Work::default() }
     }
 
     /// Halves cells as often as the work is allowed, once at least; the reference, and the steps of particles of its last run.
@@ -80,7 +88,7 @@ impl<'a> Ladder<'a> {
         self.states = first.states;
         let mut last = (SnowSetting::own(self.snow, self.precision, 0), first.dt);
         for halving in 1..=HALVINGS {
-            if halving > 1 && COST * steps > MOST_WORK {
+            if halving > 1 && COST * steps > self.most {
                 break;
             }
             let made = self.run(halving, &times, phase);

@@ -2,7 +2,10 @@
 
 use nappe_sim::report::Work;
 
-use super::window::REFERENCE;
+use super::{
+    effort::{Effort, OVERHEAD},
+    window::REFERENCE,
+};
 use crate::{
     case::{Case, Times},
     method::{Setting, Stepped, Steps},
@@ -13,10 +16,6 @@ use crate::{
 const NEAR: f64 = 0.2;
 /// How often steps are halved, at most.
 const HALVINGS: u32 = 14;
-/// Evaluations of the force on a particle that a run takes at most, beyond which steps are not halved again; a step of few
-/// particles takes as long as one of so many more. It is counted, so that no clock decides how good a reference is.
-const MOST_WORK: u64 = 200_000_000;
-const OVERHEAD: u64 = 100;
 /// How many times as long a run takes as that of steps twice as long, with room for a busy machine.
 const COST: f64 = 2.2;
 
@@ -81,7 +80,8 @@ impl Reference {
 }
 
 /// Halves steps, which begin at most `step` (s) long, until the own error is below `wanted` (m) at all times, or the next run
-/// would take too much work: a reference is the same whatever time there is for it, or there is none.
+/// would take more work than the effort allows. Two runs are made in any case. A reference is the same whatever time there is for it, or
+/// there is none.
 ///
 /// # Errors
 /// When a step failed, or time was over before that.
@@ -90,6 +90,7 @@ pub fn reference(
     times: &Times,
     step: f64,
     wanted: f64,
+    effort: Effort,
     phase: &Phase,
 ) -> Result<Reference, NoReference> {
     let mut level = 0;
@@ -130,7 +131,7 @@ pub fn reference(
         let (times, step) = (times.clone(), made.dt);
         let new = Reference { times, states, own_error, orders, stepped, step, work };
         let next = 2 * made.work.force_evaluations * (case.particle_count() as u64 + OVERHEAD);
-        let is_last = new.error() < wanted || next > MOST_WORK;
+        let is_last = new.error() < wanted || next > effort.of_cloth();
         found = Some(new);
         if is_last {
             break;

@@ -8,6 +8,7 @@ use nappe_sim::{
     math::Precision,
 };
 
+use super::effort::{Effort, OVERHEAD};
 use crate::{
     case::{Case, Times},
     method::{Method, Setting, Steps},
@@ -48,11 +49,18 @@ pub struct Scan {
     pub step: f64,
     /// The smallest certified bound on explicit steps (s) that was met; infinite where there is none.
     pub bound: f64,
-    /// What happened to the copies, which also came to their end where the spread was above what is allowed.
+    /// What happened to the copies, which also came to their end where the spread was above what is allowed; costly where a
+    /// reference would take more work further on than its effort allows.
     pub end: End,
 }
 
 impl Scan {
+    /// Of a case of which nothing was looked at.
+    pub(crate) fn nothing(case: &Case) -> Self {
+        let dt = case.dt();
+        Self { spacing: dt, spread: Vec::new(), step: dt, bound: f64::INFINITY, end: End::Reached }
+    }
+
     /// The times at which the spread, and that before it, is at most `allowed` (m).
     pub(crate) fn count_within(&self, allowed: f64) -> u64 {
         self.spread.iter().take_while(|spread| **spread <= allowed).count() as u64
@@ -80,8 +88,9 @@ impl Scan {
     }
 }
 
-/// Runs copies of a case until a time (s), or until their spread is above `allowed` (m).
-pub fn scan(case: &Case, end: f64, allowed: f64, phase: &Phase) -> Scan {
+/// Runs copies of a case until a time (s), until their spread is above `allowed` (m), or as long as a reference of this effort can go
+/// with them: for twice the evaluations that one of them takes. They are looked at once at least.
+pub fn scan(case: &Case, end: f64, allowed: f64, effort: Option<Effort>, phase: &Phase) -> Scan {
     let spacing = shortest(case, end);
     let times = |spacing| Times::even(spacing, 1);
     let bound = match Runner::start(case, &REFERENCE, &times(spacing), phase) {
@@ -96,15 +105,16 @@ pub fn scan(case: &Case, end: f64, allowed: f64, phase: &Phase) -> Scan {
             };
         }
     };
-    let mut level = 0;
-    while spacing / f64::from(level).exp2() > SHARE * bound && level < 40 {
-        level += 1;
-    }
+    let mut level = level_within(spacing, bound);
+    let particles = case.particle_count() as u64 + OVERHEAD;
+    let most = effort.map_or(u64::MAX, |effort| effort.of_cloth() / (2 * particles));
     let mut rng = fastrand::Rng::with_seed(SEED);
     let mut cases = vec![case.clone()];
     cases.extend((0..COPIES).map(|_| case.displaced(DISPLACEMENT, &mut rng)));
     loop {
-        match Copies::start(&cases, spacing, level, phase).and_then(|copies| copies.run(case, end, allowed)) {
+        match Copies::start(&cases, spacing, level, phase)
+            .and_then(|copies| copies.run(case, end, allowed, most))
+        {
             Ok(scan) => return scan,
             Err(Stop::Shorter) => level += 1,
             Err(Stop::End(end)) => return Scan { spacing, spread: Vec::new(), step: spacing, bound, end },
@@ -112,8 +122,17 @@ pub fn scan(case: &Case, end: f64, allowed: f64, phase: &Phase) -> Scan {
     }
 }
 
+/// How often a spacing (s) is halved until steps are short enough for a bound (s).
+pub(super) fn level_within(spacing: f64, bound: f64) -> u32 {
+    let mut level = 0;
+    while spacing / f64::from(level).exp2() > SHARE * bound && level < 40 {
+        level += 1;
+    }
+    level
+}
+
 /// The shortest spacing of times (s): a few of them lie within a step of the scene.
-fn shortest(case: &Case, end: f64) -> f64 {
+pub(super) fn shortest(case: &Case, end: f64) -> f64 {
     if case.has_moving_pins() {
         return case.dt();
     }
@@ -151,7 +170,8 @@ impl Copies {
         Ok(Self { runners, spacing, step })
     }
 
-    fn run(mut self, case: &Case, end: f64, allowed: f64) -> Result<Scan, Stop> {
+    /// Until a time (s), a spread (m), or so many evaluations of the scene as it is.
+    fn run(mut self, case: &Case, end: f64, allowed: f64, most: u64) -> Result<Scan, Stop> {
         let mut scan = Scan {
             spacing: self.spacing,
             spread: Vec::new(),
@@ -179,6 +199,10 @@ impl Copies {
             let spread = distances.fold(0.0, f64::max);
             scan.spread.push(spread);
             if spread > allowed {
+                break;
+            }
+            if taken < count && self.runners[0].work().force_evaluations > most {
+                scan.end = End::Costly;
                 break;
             }
             if scan.spread.len() >= MOST_TIMES {

@@ -147,6 +147,16 @@ impl Runner {
         numbers
     }
 
+    /// Seconds that its intervals took.
+    pub(crate) const fn elapsed(&self) -> f64 {
+        self.elapsed
+    }
+
+    /// Forces and products so far.
+    pub(crate) const fn work(&self) -> Work {
+        self.work
+    }
+
     /// Simulated time (s).
     pub(crate) fn time(&self) -> f64 {
         self.simulation.time()

@@ -10,7 +10,7 @@ use nappe_sim::{
 use crate::{
     case::{Case, Times},
     method::{Method, Setting, Steps},
-    reference::{NoReference, OPEN, Scan, reference, scan},
+    reference::{Effort, NoReference, OPEN, OVERHEAD, Scan, reference, scan},
     run::{End, Phase, Runner},
 };
 
@@ -26,13 +26,15 @@ const TIMES: f64 = 200.0;
 const FINEST: u32 = 8;
 /// Steps that a run is judged by, at least.
 pub(super) const STEPS: f64 = 200.0;
-/// The fine run ends with the scene, or after so many windows and so many steps of the scene.
+/// The fine run ends with the scene, after so many windows and so many steps of the scene, or where it has taken the work of its effort.
 const WINDOWS: f64 = 2.0;
 const SCENE_STEPS: f64 = 2.0 * STEPS;
 
 /// A fine run of a scene, and a reference until its predictability horizon. No clock has a part in it.
 #[derive(Clone, Debug)]
 pub(super) struct Ground {
+    /// The class of effort of the reference and of the fine run.
+    pub(super) effort: Effort,
     /// For how long (s) the answer is known to a quarter of the tolerance; 0 where it is not.
     pub(super) window: f64,
     /// The mean rate (1/s) at which what starts 1e-8 m apart grows apart until then.
@@ -52,35 +54,46 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    /// Runs a case until a time (s); the window is that of an error (m).
+    /// Runs a case until a time (s), with the work of an effort; the window is that of an error (m).
     ///
     /// # Errors
     /// Why there is none: a step failed, or time was over before all of it was known.
-    pub(super) fn new(case: &Case, end: f64, tolerance: f64, phase: &Phase) -> Result<Self, NoReference> {
+    pub(super) fn new(
+        case: &Case,
+        end: f64,
+        tolerance: f64,
+        effort: Effort,
+        phase: &Phase,
+    ) -> Result<Self, NoReference> {
         let allowed = OPEN * tolerance;
         let begin = Instant::now();
-        let scan = scan(case, end, allowed, phase);
+        let scan = scan(case, end, allowed, Some(effort), phase);
         let seconds = begin.elapsed().as_secs_f64();
         match &scan.end {
             End::Failed(failure) => return Err(NoReference::Failed(failure.cause.clone())),
             // The scan has three copies of the scene; the reference, and the fine run, take more than as long.
-            End::Cut(_) | End::Costly => return Err(NoReference::Time(2.0 * scan.needed(seconds, end))),
-            End::Reached => {}
+            End::Cut(_) => return Err(NoReference::Time(2.0 * scan.needed(seconds, end))),
+            End::Reached | End::Costly => {}
         }
         let times = Times::even(scan.spacing, scan.count_within(allowed));
-        let known = reference(case, &times, scan.step, allowed, phase)
+        let known = reference(case, &times, scan.step, allowed, effort, phase)
             .map_err(|missing| missing.after(2.0 * seconds))?;
         let good = known.own_error.iter().take_while(|error| **error <= allowed).count();
         let window = scan.spacing * good as f64;
         let end = end.min((WINDOWS * window).max(SCENE_STEPS * case.dt()));
-        let mut ground = Self::fine(case, [window, end], phase)
+        let mut ground = Self::fine(case, [window, end], effort, phase)
             .map_err(|missing| missing.after(begin.elapsed().as_secs_f64()))?;
         ground.keep(&scan, known.states.into_iter().take(good));
         Ok(ground)
     }
 
-    /// A fine run until an end (s), looked at often enough within a window (s).
-    fn fine(case: &Case, [window, end]: [f64; 2], phase: &Phase) -> Result<Self, NoReference> {
+    /// A fine run until an end (s), looked at often enough within a window (s), and once at least.
+    fn fine(
+        case: &Case,
+        [window, end]: [f64; 2],
+        effort: Effort,
+        phase: &Phase,
+    ) -> Result<Self, NoReference> {
         let mut spacing = case.dt();
         for _ in 0..FINEST {
             if spacing * TIMES > window && !case.has_moving_pins() {
@@ -90,7 +103,9 @@ impl Ground {
         let runner = Runner::start(case, &FINE, &Times::even(spacing, 1), phase);
         let mut runner = runner.map_err(|failure| NoReference::Failed(failure.cause))?;
         let moved = |runner: &Runner| runner.now.kinetic_energy + runner.now.elastic_energy;
+        let most = effort.of_cloth() / (case.particle_count() as u64 + OVERHEAD);
         let mut ground = Self {
+            effort,
             window: 0.0,
             growth_rate: None,
             scale: moved(&runner),
@@ -112,6 +127,9 @@ impl Ground {
             }
             ground.scale = ground.scale.max(moved(&runner));
             ground.energies.push(runner.now.total_energy());
+            if runner.work().force_evaluations > most {
+                break;
+            }
         }
         Ok(ground)
     }
@@ -132,8 +150,8 @@ impl Ground {
         }));
     }
 
-    /// The time (s) that the fine run reached.
-    fn end(&self) -> f64 {
+    /// The time (s) that the fine run reached: nothing is judged beyond.
+    pub(super) fn end(&self) -> f64 {
         self.spacing * (self.energies.len() - 1) as f64
     }
 

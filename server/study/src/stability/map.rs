@@ -97,7 +97,7 @@ impl Mapping<'_> {
         } else if phase.is_over() {
             Err(NoReference::Time(f64::INFINITY))
         } else {
-            Ground::new(&case, self.end, self.tolerance, phase)
+            Ground::new(&case, self.end, self.tolerance, self.ground.effort, phase)
         };
         let across = Some((self.across, value));
         let probe = |(method, dt): (Method, f64), steps: u64| Probe {

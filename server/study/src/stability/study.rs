@@ -18,7 +18,7 @@ use super::{
 use crate::{
     case::{Case, Times},
     method::{Method, Setting, Steps},
-    reference::NoReference,
+    reference::{Effort, NoReference, chosen},
     run::{Budget, Phase, Runner, Verdict},
 };
 
@@ -55,6 +55,8 @@ pub struct StabilityRequest {
     pub maps: Vec<Map>,
     /// Cells along each side of a map.
     pub cells: usize,
+    /// The class of effort of the reference and of the fine run; none: the largest that the budget can pay.
+    pub effort: Option<Effort>,
 }
 
 /// Where methods fail on a scene.
@@ -64,6 +66,10 @@ pub struct Stability {
     pub tolerance: f64,
     /// The certified bound on explicit steps (s) at rest, infinite where there is none.
     pub bound: f64,
+    /// The class of effort of the reference and of the fine run; none where it came to none.
+    pub effort: Option<Effort>,
+    /// Until when (s) runs under load are judged at most; 0 where nothing is known.
+    pub judged: f64,
     /// What theory says at rest, where it says anything.
     pub theory: Option<Theory>,
     /// The predictability horizon (s) for a displacement of 1e-8 m; 0 where it is not known.
@@ -110,7 +116,8 @@ pub fn probe_under_load(
     budget: &Budget,
 ) -> Result<StabilityRow, NoReference> {
     let phase = budget.until(1.0);
-    let ground = Ground::new(case, request.end, request.tolerance, &phase)?;
+    let effort = request.effort.unwrap_or(Effort::DEFAULT);
+    let ground = Ground::new(case, request.end, request.tolerance, effort, &phase)?;
     Ok(under_load(case, method, dt, (&ground, request.tolerance), &phase))
 }
 
@@ -136,6 +143,8 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
     let mut study = Stability {
         tolerance: request.tolerance,
         bound: bound(&rest, &budget.until(1.0)),
+        effort: request.effort,
+        judged: 0.0,
         theory: Theory::of(&rest),
         window: 0.0,
         growth_rate: None,
@@ -150,10 +159,10 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
     let scale = if study.bound.is_finite() { study.bound } else { case.dt() };
     let parts = Parts { case, request, methods, scale };
 
-    tell("the predictability horizon, and a fine run of the scene");
-    match Ground::new(case, request.end, request.tolerance, &budget.until(GROUND)) {
+    match ground(case, request, &budget.until(GROUND), tell) {
         Ok(ground) => {
             (study.window, study.growth_rate) = (ground.window, ground.growth_rate);
+            (study.effort, study.judged) = (Some(ground.effort), ground.end());
             parts.all(&rest, Some(&ground), &mut study, &budget.until(1.0), tell);
         }
         Err(missing) => {
@@ -174,6 +183,19 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
     study.is_cut = study.rows.iter().any(|row| row.cut.is_some());
     study.is_stopped = budget.is_stopped();
     study
+}
+
+/// What runs under load are judged against, by a class of effort that the phase can pay.
+fn ground(
+    case: &Case,
+    request: &StabilityRequest,
+    phase: &Phase,
+    tell: &dyn Fn(&str),
+) -> Result<Ground, NoReference> {
+    tell("measuring the first steps");
+    let chosen = chosen(case, request.effort, [request.end, 0.0], phase)?;
+    tell(&chosen.told("the predictability horizon, and a fine run of the scene"));
+    Ground::new(case, request.end, request.tolerance, chosen.effort, phase)
 }
 
 /// The certified bound (s) on steps of symplectic Euler at the start of a case; infinite without one.
