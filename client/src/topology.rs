@@ -37,6 +37,8 @@ pub struct Body {
     pub pins: Vec<u32>,
     /// Texture coordinates, one pair per particle of the body, or none.
     pub uv: Vec<[f32; 2]>,
+    /// Red, green and blue of sRGB that the scene gives it; none: a viewer chooses.
+    pub color: Option<[u8; 3]>,
 }
 
 /// Why a topology is refused.
@@ -134,6 +136,10 @@ impl Body {
             });
         }
 
+        let color = wire.color.map(|packed| {
+            let [_, red, green, blue] = packed.to_be_bytes();
+            [red, green, blue]
+        });
         let body = wire.name;
         let triangles: Vec<[u32; 3]> = unpack(&wire.triangles_u32, "triangles", &body, u32::from_le_bytes)?;
         let springs: Vec<[u32; 2]> = unpack(&wire.springs_u32, "springs", &body, u32::from_le_bytes)?;
@@ -161,7 +167,8 @@ impl Body {
         }
 
         let pins = pins.as_flattened().to_vec();
-        Ok(Self { name: body, first_particle: first, particle_count: count, triangles, springs, pins, uv })
+        let (first_particle, particle_count) = (first, count);
+        Ok(Self { name: body, first_particle, particle_count, triangles, springs, pins, uv, color })
     }
 }
 

@@ -23,6 +23,9 @@ pub struct BodyTopology {
     /// Texture coordinates as packed little-endian f32 pairs; empty when the mesh has none.
     #[prost(bytes = "bytes", tag = "7")]
     pub uv_f32: ::prost::bytes::Bytes,
+    /// Colour that the scene gives it, for viewers: 65536 red + 256 green + blue of sRGB, each 0 to 255. Absent: they choose one.
+    #[prost(uint32, optional, tag = "8")]
+    pub color: ::core::option::Option<u32>,
 }
 /// A collider, to be drawn. Frames say where it is while keys or calls move it; in frames without a pose of it, it is where
 /// its velocity has brought it since time 0, and is not turned.

@@ -159,6 +159,7 @@ mod tests {
             springs: Vec::new(),
             pins: vec![begin],
             uv: Vec::new(),
+            color: None,
         }
     }
 

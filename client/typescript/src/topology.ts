@@ -26,6 +26,8 @@ export interface Body {
   pins: Uint32Array<ArrayBuffer>;
   /** Texture coordinates, a pair for each of its particles, or none. */
   uv: Float32Array<ArrayBuffer>;
+  /** Red, green and blue of sRGB, each 0 to 255, that the scene gives it; null: a viewer chooses. */
+  color: readonly [number, number, number] | null;
 }
 
 /** What a session is made of. */
@@ -136,6 +138,7 @@ function readBody(parts: BodyTopology[], expected: number, particles: number): B
     springs: new Uint32Array(bytes('springsU32', 2)),
     pins: new Uint32Array(bytes('pinsU32', 1)),
     uv: new Float32Array(bytes('uvF32', 2)),
+    color: parts[0].color === undefined ? null : channels(parts[0].color),
   };
   if (body.uv.length !== 0 && body.uv.length !== 2 * particleCount) {
     throw broken(`topology: body '${name}' has ${body.uv.length / 2} texture coordinates for ${particleCount} particles`);
@@ -148,6 +151,8 @@ function readBody(parts: BodyTopology[], expected: number, particles: number): B
   }
   return body;
 }
+
+const channels = (color: number): [number, number, number] => [(color >> 16) & 255, (color >> 8) & 255, color & 255];
 
 /** Whether two topologies say the same. */
 export function sameTopology(a: Topology, b: Topology): boolean {

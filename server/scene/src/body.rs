@@ -15,6 +15,9 @@ use crate::{air, names, transform::Transform};
 pub struct Body {
     /// Name, unique among bodies.
     pub name: String,
+    /// Red, green and blue of sRGB, each 0 to 1, for viewers; none: they choose one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub color: Option<[f64; 3]>,
     /// Where the particles are.
     pub mesh: Mesh,
     /// Moves the mesh before springs are made.
@@ -105,6 +108,7 @@ impl Body {
     pub fn new(name: impl Into<String>, mesh: Mesh) -> Self {
         Self {
             name: name.into(),
+            color: None,
             mesh,
             transform: Transform::default(),
             velocity: [0.0; 3],

@@ -131,10 +131,10 @@ pub struct ColliderMesh {
     #[serde(flatten)]
     pub mesh: Mesh,
     /// Scales, turns and shifts the mesh, in this order.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub transform: Transform,
     /// Fills loops of at most 64 open edges.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub close_holes: bool,
 }
 
@@ -158,10 +158,6 @@ impl ColliderText {
     pub(crate) fn mesh_mut(&mut self) -> Option<&mut ColliderMesh> {
         if let ShapeText::Mesh(mesh) = &mut self.shape { Some(mesh) } else { None }
     }
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 #[rustfmt::skip] // one line per key

@@ -127,7 +127,7 @@ pub struct SnowBody {
     #[serde(flatten)]
     pub source: SnowSource,
     /// Moves the source before it is filled.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub transform: Transform,
     /// Where particles go.
     #[serde(default)]
@@ -145,13 +145,13 @@ pub struct SnowBody {
     #[serde(default)]
     pub seed: u32,
     /// Velocity of the centre (m/s).
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub velocity: [f64; 3],
     /// Angular velocity about the centre (rad/s).
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub angular_velocity: [f64; 3],
     /// What it is made of.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub material: MaterialText,
     /// Relative amplitude of the noise on density, 0 to 0.95; 0: no noise.
     #[serde(default)]
@@ -166,7 +166,7 @@ pub struct SnowBody {
     #[serde(default)]
     pub volume: VolumeFrom,
     /// What becomes of space that it shares with earlier objects, or that parts of its mesh share.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "names::is_default")]
     pub overlap: Overlap,
 }
 
@@ -361,10 +361,6 @@ impl Default for MaterialText {
             plastic: None,
         }
     }
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 fn max_substeps() -> u32 {

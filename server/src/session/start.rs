@@ -246,7 +246,7 @@ fn stand(
 ) -> Result<(Stepper, Session), ServiceError> {
     let Resources { limits, streams, counters, .. } = resources;
     let Properties { claimed_snow_bytes: snow_bytes, claimed_way_bytes: changed_bytes, .. } = properties;
-    let topology = topology(&simulation, &properties.uid);
+    let topology = topology(&simulation, &properties.colors, &properties.uid);
     interrupt::point();
     let diagnostics = pool.install(|| initial_diagnostics(&simulation));
     interrupt::point();
@@ -333,6 +333,7 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
         uid: new_uid(),
         create_time: SystemTime::now(),
         title: scene.title.clone(),
+        colors: colors(scene),
         dt_seconds: simulation.dt(),
         step_limit: options.step_limit.unwrap_or(scene.steps),
         frame_interval_steps: frame_interval_steps.max(1),
@@ -348,6 +349,14 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
         claimed_snow_bytes: 0,
         claimed_way_bytes: 0,
     }
+}
+
+/// Colours of the bodies that the scene gives one.
+fn colors(scene: &Scene) -> Arc<[(String, u32)]> {
+    let channel = |share: f64| (255.0 * share).round() as u8;
+    let packed =
+        |[red, green, blue]: [f64; 3]| u32::from_be_bytes([0, channel(red), channel(green), channel(blue)]);
+    scene.bodies.iter().filter_map(|body| Some((body.name.clone(), packed(body.color?)))).collect()
 }
 
 /// Frame 0 has every field if the `budget` (bytes) of frames holds them: whoever opens a stream after a call that plays

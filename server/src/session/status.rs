@@ -21,6 +21,8 @@ pub(crate) struct Properties {
     pub create_time: SystemTime,
     /// Title of the scene.
     pub title: String,
+    /// Colours that the scene gives to bodies, by their names, as messages have them.
+    pub colors: Arc<[(String, u32)]>,
     pub dt_seconds: f64,
     /// The session ends after this many steps; 0: never by itself.
     pub step_limit: u64,

@@ -1,6 +1,6 @@
 //! What does not change during a session, as the messages that every stream begins with.
 //!
-//! Enters: a simulation. Leaves: its topology in messages of at most 1 MiB, because the triangles
+//! Enters: a simulation, colours of its bodies. Leaves: its topology in messages of at most 1 MiB, because the triangles
 //! of a large cloth need several.
 
 use nappe_proto::v1;
@@ -11,13 +11,19 @@ use super::{collider::collider, packing::packed, pieces::BUDGET_BYTES, topology_
 /// A session has one topology for all its life; frames name it by this number.
 pub(super) const TOPOLOGY_ID: u32 = 1;
 
-/// The messages of a session's topology, each with the session's uid; at least one.
-pub(crate) fn topology(simulation: &Simulation, session_uid: &str) -> Vec<v1::Topology> {
+/// The messages of a session's topology, each with the session's uid; at least one. `colors` are by the names of bodies, as
+/// messages have them.
+pub(crate) fn topology(
+    simulation: &Simulation,
+    colors: &[(String, u32)],
+    session_uid: &str,
+) -> Vec<v1::Topology> {
+    let color = |name: &str| colors.iter().find(|(of, _)| of == name).map(|&(_, color)| color);
     let bodies = simulation.topology();
     let whole = v1::Topology {
         topology_id: TOPOLOGY_ID,
         particle_count: bodies.iter().map(|body| body.particle_count).sum(),
-        bodies: bodies.iter().map(body).collect(),
+        bodies: bodies.iter().map(|of| body(of, color(&of.name))).collect(),
         colliders: simulation.colliders().iter().map(collider).collect(),
         chunk: None,
         session_uid: session_uid.to_owned(),
@@ -25,7 +31,7 @@ pub(crate) fn topology(simulation: &Simulation, session_uid: &str) -> Vec<v1::To
     split(whole, BUDGET_BYTES)
 }
 
-fn body(body: &BodyTopology) -> v1::BodyTopology {
+fn body(body: &BodyTopology, color: Option<u32>) -> v1::BodyTopology {
     // Triangles are enough to draw a body that has them.
     let springs = if body.triangles.is_empty() { body.springs.as_slice() } else { &[] };
 
@@ -37,5 +43,6 @@ fn body(body: &BodyTopology) -> v1::BodyTopology {
         springs_u32: packed(springs.as_flattened().iter().map(|i| i.to_le_bytes())),
         pins_u32: packed(body.pins.iter().map(|i| i.to_le_bytes())),
         uv_f32: packed(body.uv.as_flattened().iter().map(|c| (*c as f32).to_le_bytes())),
+        color,
     }
 }

@@ -95,6 +95,7 @@ impl Cutter {
                 springs_u32: part(&mut body.springs_u32, 8, &mut room),
                 pins_u32: part(&mut body.pins_u32, 4, &mut room),
                 uv_f32: part(&mut body.uv_f32, 8, &mut room),
+                color: body.color,
             };
             self.last().bodies.push(part);
             self.room = room;
@@ -153,6 +154,7 @@ mod tests {
             springs_u32: Bytes::new(),
             pins_u32: bytes(4),
             uv_f32: bytes(8 * uv),
+            color: Some(0x00ff_8000),
         }
     }
 

@@ -94,6 +94,7 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     clients::examples(shell)?;
     nginx::run(shell)?;
     web::loads(shell)?;
+    web::boxes(shell)?;
     python::measure(shell)?;
     typescript::measure(shell)
 }

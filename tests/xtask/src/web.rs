@@ -20,6 +20,10 @@ const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// What is recorded to be looked at, and how many steps: cloth, in several blocks of frames, and snow with cloth.
 const RECORDINGS: [(&str, &str); 2] = [("demo", "260"), ("snow_and_cloth", "150")];
 
+/// Where the shipped scenes are, and how many steps of each are recorded to be looked at.
+const SCENES: &str = "server/scenes";
+const BOXES_STEPS: &str = "150";
+
 /// Checks the pages, as far as Node, their packages and a browser are there.
 pub(crate) fn page(shell: &mut Shell) -> Result<(), Failure> {
     let (node, npm) = (shell.find("node"), shell.find("npm"));
@@ -99,6 +103,41 @@ pub(crate) fn loads(shell: &mut Shell) -> Result<(), Failure> {
     in_a_browser(shell, "page: loads", |node, browser| {
         let mut command = script(node, browser, "live", &server);
         command.args(["--only", "loads"]);
+        command
+    })
+}
+
+/// Records every shipped scene, and counts the pixels of its bodies that lie under boxes of its page.
+pub(crate) fn boxes(shell: &mut Shell) -> Result<(), Failure> {
+    const TITLE: &str = "page: bodies under boxes";
+    let packages = shell.root().join(FOLDER).join("node_modules").is_dir();
+    if !packages || shell.find("node").is_none() || browser(shell).is_none() {
+        shell.skip(TITLE, "Node, its packages or Chromium are not installed");
+        return Ok(());
+    }
+    let unread = |error| Failure(format!("the shipped scenes cannot be listed: {error}"));
+    let listed = fs::read_dir(shell.root().join(SCENES)).map_err(unread)?;
+    let mut scenes: Vec<PathBuf> =
+        listed.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(unread)?;
+    scenes.retain(|path| path.extension().is_some_and(|ending| ending == "toml"));
+    scenes.sort();
+
+    let folder = shell.target().join("page");
+    fs::create_dir_all(&folder)
+        .map_err(|error| Failure(format!("{} cannot be made: {error}", folder.display())))?;
+    let nappe = shell.target().join("release/nappe");
+    let mut files = Vec::with_capacity(scenes.len());
+    for path in scenes {
+        let Some(scene) = path.file_stem().and_then(|name| name.to_str()) else { continue };
+        let file = folder.join(format!("{scene}.html"));
+        let mut record = Command::new(&nappe);
+        record.args(["run", scene, "--steps", BOXES_STEPS, "--json", "--force", "--save"]).arg(&file);
+        shell.run(&format!("page: record {scene}"), &mut record)?;
+        files.push(file);
+    }
+    in_a_browser(shell, TITLE, |node, browser| {
+        let mut command = Command::new(node);
+        command.arg(format!("{FOLDER}/tests/boxes.mjs")).args(&files).env("CHROMIUM", browser);
         command
     })
 }

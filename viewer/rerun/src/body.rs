@@ -64,7 +64,7 @@ impl BodyView {
             path,
             first: body.first_particle,
             count: body.particle_count,
-            color: PALETTE[index % PALETTE.len()],
+            color: body.color.unwrap_or(PALETTE[index % PALETTE.len()]),
             kind,
             uv: (!body.uv.is_empty()).then(|| body.uv.clone()),
             pins: body.pins.iter().map(|&pin| (pin - base) as usize).collect(),

@@ -14,6 +14,8 @@ const SIDES = [[1, 1], [-1, 1], [1, -1], [-1, -1]];
 /** Particles of snow that are asked where it is, and the share of them on either side of an axis that counts as spray. */
 const SAMPLES = 4000;
 const SPRAY = 0.01;
+/** The picture holds spray within so many radii of the rest of a body. */
+const SPRAY_REACH = 1.6;
 /** The picture holds motion as far as so many radii of the bodies at the start. */
 const FARTHEST = 12;
 /** Planes that bodies fall on have a unit normal with at least this height, and are at most so many radii below. */
@@ -34,7 +36,7 @@ export interface Camera {
   target: Vector;
 }
 
-/** Bounds of all bodies in one frame: of all particles of a mesh, and of most of snow, whose spray flies far. */
+/** Bounds of all bodies in one frame: of all particles of a mesh, and of snow without spray that flies far. */
 export function bodyBounds(scene: Scene, { numbers, step }: Frame): Bounds {
   const all = new Bounds();
   const at = (i: number): Vector => [numbers[3 * i] * step, numbers[3 * i + 1] * step, numbers[3 * i + 2] * step];
@@ -51,7 +53,20 @@ export function bodyBounds(scene: Scene, { numbers, step }: Frame): Bounds {
     if (axes[0].length === 0) continue;
     const left = Math.floor(SPRAY * axes[0].length);
     for (const values of axes) values.sort((a, b) => a - b);
-    for (const end of [left, axes[0].length - 1 - left]) all.add(axes.map((values) => values[end]));
+    const most = new Bounds();
+    for (const end of [left, axes[0].length - 1 - left]) most.add(axes.map((values) => values[end]));
+    const near = most.corners();
+    const [low, high] = [near[0], near[7]].map((corner) => [...corner]);
+    const [least, largest] = [-1, 1].map((side) => most.center().map((at) => at + side * SPRAY_REACH * most.radius()));
+    for (let i = body.firstParticle; i < last; i++) {
+      for (let axis = 0; axis < 3; axis++) {
+        const value = numbers[3 * i + axis] * step;
+        if (value < low[axis]) low[axis] = Math.max(value, Math.min(least[axis], low[axis]));
+        else if (value > high[axis]) high[axis] = Math.min(value, Math.max(largest[axis], high[axis]));
+      }
+    }
+    all.add(low);
+    all.add(high);
   }
   return all;
 }

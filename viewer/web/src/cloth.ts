@@ -14,12 +14,13 @@ import { sphereMaterial } from './spheres.ts';
 import { rgb } from './stage.ts';
 import type { Theme } from './theme.ts';
 
-const PIN_PIXELS = 3.5;
+const PIN_PIXELS = 2;
 
 /** Draws all bodies of a scene that are not bare points. */
 export class Cloth {
   readonly objects: Object3D[] = [];
   private readonly meshes: { body: Body; mesh: Mesh; surface: Material }[] = [];
+  private readonly pins: Points[] = [];
   /** Edges are not lit, so that they can be read from any side. */
   private readonly edges = new MeshBasicMaterial({ wireframe: true, color: rgb(THEMES.dark.wire) });
   private readonly normals: BufferAttribute;
@@ -46,12 +47,20 @@ export class Cloth {
     }
   }
 
+  get hasPins(): boolean {
+    return this.pins.length > 0;
+  }
+
+  showPins(on: boolean): void {
+    for (const points of this.pins) points.visible = on;
+  }
+
   colorEdges(theme: Theme): void {
     this.edges.color.copy(rgb(THEMES[theme].wire));
   }
 
   private add(body: Body, index: number): void {
-    const color = rgb(PALETTE[index % PALETTE.length]);
+    const color = rgb(body.color ?? PALETTE[index % PALETTE.length]);
     if (body.triangles.length > 0) {
       const surface = fabric(color, this.outside(body));
       const mesh = new Mesh(this.geometry(body.triangles).setAttribute('normal', this.normals), surface);
@@ -65,7 +74,9 @@ export class Cloth {
     }
     if (body.pins.length > 0) {
       const material = sphereMaterial({ pixels: PIN_PIXELS }, rgb(PIN_COLOR), 'one color');
-      this.addObject(new Points(this.geometry(body.pins), material), `${body.name}: pins`);
+      const points = new Points(this.geometry(body.pins), material);
+      this.pins.push(points);
+      this.addObject(points, `${body.name}: pins`);
     }
   }
 

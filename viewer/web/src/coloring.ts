@@ -13,9 +13,9 @@ export const SOLID_COLOR: Rgb = [150, 158, 170];
 export const SNOW_COLOR: Rgb = [238, 242, 249];
 
 /** What the picture shows in each theme; the page's own colours are in its style. */
-export const THEMES: Record<Theme, { ground: Rgb; grid: Rgb; wire: Rgb }> = {
-  dark: { ground: [78, 83, 92], grid: [124, 131, 144], wire: [214, 226, 240] },
-  light: { ground: [206, 209, 214], grid: [160, 166, 176], wire: [34, 44, 60] },
+export const THEMES: Record<Theme, { ground: Rgb; grid: Rgb; wire: Rgb; snow: Rgb; /** Of snow: `Surface.setRim`. */ rim: number }> = {
+  dark: { ground: [78, 83, 92], grid: [124, 131, 144], wire: [214, 226, 240], snow: SNOW_COLOR, rim: 0 },
+  light: { ground: [190, 196, 205], grid: [146, 153, 165], wire: [34, 44, 60], snow: [228, 235, 246], rim: 0.5 },
 };
 
 /** J_P at which the colours end. */

@@ -1,5 +1,6 @@
 // Buttons, the slider, and keys of a recording.
 
+import { setRunning } from './boxes.ts';
 import { element } from './dom.ts';
 import { type Actions, choose, listen, popup, press, wireButtons } from './keys.ts';
 import type { Player } from './player.ts';
@@ -52,6 +53,7 @@ export function connect(player: Player, picture: Picture | null, frameCount: num
       scrub.setAttribute('aria-valuetext', `frame ${index + 1} of ${frameCount}`);
     },
     playing: (playing) => {
+      setRunning(playing);
       const play = element('play');
       play.classList.toggle('playing', playing);
       play.setAttribute('aria-label', playing ? 'Pause' : 'Play');

@@ -1,6 +1,7 @@
 // What the page says of a recording in words: its title and time, how it ended, and what it is.
 
 import { element, make } from './dom.ts';
+import { sheet } from './keys.ts';
 import { readableLength, timeDigits } from './numbers.ts';
 import type { Failure, Recording } from './recording.ts';
 
@@ -22,6 +23,7 @@ export function describe(recording: Recording): void {
   element('source').hidden = source === null;
   element('source-text').textContent = source;
   element('about').hidden = false;
+  sheet('about', 'about-sheet', 'about-close');
 }
 
 /** Says what changes with each frame. */

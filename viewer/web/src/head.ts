@@ -5,7 +5,7 @@
 import { FormatError, type Fields, bytes, fields, list, number, optional, positive, text, vector, whole } from './json.ts';
 import { unpack } from '../../../client/typescript/src/packed.ts';
 import { meshShape } from './extent.ts';
-import type { Body, Collider, ColliderShape, ColorBy, Scene } from './scene.ts';
+import type { Body, Collider, ColliderShape, ColorBy, Scene, Vector } from './scene.ts';
 
 const FORMAT = 1;
 /** More particles than a browser can show: positions of 768 MB. */
@@ -68,7 +68,15 @@ async function readBody(json: unknown, name: string, particles: number): Promise
     triangles: within(triangles, 'triangles'),
     springs: within(springs, 'springs'),
     pins: within(Uint32Array.from(pins), 'pins'),
+    color: optional(body['color'], (value) => color(value, `color of ${name}`)),
   };
+}
+
+/** Red, green and blue of sRGB. */
+function color(json: unknown, name: string): Vector {
+  const parts = vector(json, name);
+  if (parts.some((part) => part < 0 || part > 255)) throw new FormatError(`${name} is not within 0 to 255`);
+  return parts;
 }
 
 async function readIndices(json: unknown, name: string, components: number): Promise<Uint32Array<ArrayBuffer>> {

@@ -49,6 +49,24 @@ export function popup(opener: string, panel: string): void {
   });
 }
 
+/** What a page says of itself: a sheet that a button opens and closes, as do Escape and a button of the sheet. */
+export function sheet(opener: string, panel: string, closer: string): void {
+  const open = (isOpen: boolean) => {
+    element(panel).classList.toggle('open', isOpen);
+    element(opener).setAttribute('aria-expanded', String(isOpen));
+  };
+  const close = () => {
+    if (!element(panel).classList.contains('open')) return;
+    open(false);
+    element(opener).focus();
+  };
+  element(opener).addEventListener('click', () => open(!element(panel).classList.contains('open')));
+  element(closer).addEventListener('click', close);
+  document.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape' && !element<HTMLDialogElement>('help').open) close();
+  });
+}
+
 export function press(id: string, pressed: boolean): void {
   element(id).setAttribute('aria-pressed', String(pressed));
 }

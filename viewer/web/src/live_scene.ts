@@ -9,8 +9,8 @@ import { meshShape } from './extent.ts';
 import { type Body, type Collider, type ColliderShape, type Diagnostics, type Scene, type Vector, isPoints } from './scene.ts';
 
 export function sceneOf(title: string, { particleCount, bodies, colliders }: Topology): Scene {
-  const drawn: Body[] = bodies.map(({ name, firstParticle, particleCount, triangles, springs, pins }) => (
-    { name, firstParticle, particleCount, triangles, springs, pins }
+  const drawn: Body[] = bodies.map(({ name, firstParticle, particleCount, triangles, springs, pins, color }) => (
+    { name, firstParticle, particleCount, triangles, springs, pins, color }
   ));
   return {
     title, particleCount, bodies: drawn, colorBy: drawn.some(isPoints) ? 'plastic_ratio' : null,

@@ -44,9 +44,12 @@ function total({ kinetic, elastic, gravitational }: Diagnostics): number | null 
 }
 
 const SVG = 'http://www.w3.org/2000/svg';
-/** Height of a plot and width of what is beside its axis, over the size of the text. */
+/** Height of a plot, the least that it shrinks to where all are to fit, and width of what is beside its axis, over the size of the text. */
 const HEIGHT = 11;
+const LEAST_HEIGHT = 7;
 const BESIDE = 4;
+/** What is left below the plots: numbers above them may take another line. */
+const SPARE = 1.5;
 
 /** A plot that is on the page. */
 interface Drawn {
@@ -64,12 +67,17 @@ export class Plots {
   private times: number[];
   private index = 0;
   private textSize = 0;
+  /** Of each plot (pixels). */
+  private height = 0;
 
   /** Plots of which no frame has a value are left out. `seek` is null where only the newest frame can be shown. */
   constructor(private readonly host: HTMLElement, diagnostics: readonly Diagnostics[], private readonly seek: ((time: number) => void) | null) {
     this.times = diagnostics.map(({ time }) => time);
     this.drawn = QUANTITIES.flatMap((quantity) => this.figure(quantity, diagnostics));
-    new ResizeObserver(() => this.resize()).observe(host);
+    const observer = new ResizeObserver(() => this.resize());
+    observer.observe(host);
+    const panel = host.closest('.side');
+    if (panel !== null) observer.observe(panel);
   }
 
   /** Shows these from now on, up to the last of them. */
@@ -110,6 +118,7 @@ export class Plots {
   /** Draws all anew, since colours or sizes are others. */
   redraw(): void {
     this.textSize = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    this.height = this.heightOf();
     for (const drawn of this.drawn) this.draw(drawn);
   }
 
@@ -178,7 +187,7 @@ export class Plots {
     };
     return {
       width,
-      height: HEIGHT * rem,
+      height: this.height,
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
       scales: { x: { time: false }, y: { range: () => drawn.axis.range } },
@@ -230,8 +239,27 @@ export class Plots {
     const width = this.host.clientWidth;
     const textSize = parseFloat(getComputedStyle(document.documentElement).fontSize);
     const isOther = ({ plot }: Drawn) => plot?.width !== width || textSize !== this.textSize;
-    if (width > 0 && this.drawn.some(isOther)) this.redraw();
+    if (width > 0 && (this.drawn.some(isOther) || this.heightOf() !== this.height)) this.redraw();
   }
+
+  /** Height of each plot (pixels), so that all of them fit into a panel beside the picture; one below it scrolls. */
+  private heightOf(): number {
+    const rem = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const panel = this.host.closest('.side');
+    if (panel === null || this.drawn.length === 0 || getComputedStyle(panel).maxHeight !== 'none') return HEIGHT * rem;
+    const above = this.host.getBoundingClientRect().top - panel.getBoundingClientRect().top + panel.scrollTop;
+    const words = this.drawn.reduce((sum, { figure }) => sum + wordsOf(figure), 0);
+    const each = Math.floor((panel.clientHeight - above - words - SPARE * rem) / this.drawn.length);
+    return Math.min(Math.max(each, LEAST_HEIGHT * rem), HEIGHT * rem);
+  }
+}
+
+/** Height of what stands around a plot, with the space between it and others (pixels). */
+function wordsOf(figure: HTMLElement): number {
+  const { marginTop, marginBottom } = getComputedStyle(figure);
+  const caption = figure.querySelector('figcaption');
+  const below = caption === null ? 0 : caption.offsetHeight + parseFloat(getComputedStyle(caption).marginBottom);
+  return below + parseFloat(marginTop) + parseFloat(marginBottom);
 }
 
 /** Those of which some frame has a value. */

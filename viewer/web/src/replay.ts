@@ -31,6 +31,8 @@ interface Handles {
   litShare(): number;
   /** Share of the pixels that lines of the grid change, from so many directions. */
   gridShares(directions: number): number[];
+  /** The picture without colliders: red, green, blue and coverage of each pixel, from rows at the bottom to those at the top. */
+  bodyPixels(): Uint8Array;
   renderer: string;
   measure(): Promise<{ seconds: number; bytes: number }>;
 }
@@ -207,6 +209,7 @@ function hand(handles: Handles, recording: Recording, picture: Picture | null, s
   const { stage, view } = picture;
   Object.assign(handles, { positions: () => view.positions(), litShare: () => stage.litShare(), renderer: stage.rendererName() });
   handles.gridShares = (directions) => view.gridShares(directions);
+  handles.bodyPixels = () => view.bodyPixels();
 }
 
 /** Index of the frame whose time (s) is nearest. */
@@ -223,6 +226,7 @@ const handles: Handles = {
   positions: () => new Float32Array(0),
   litShare: () => 0,
   gridShares: () => [],
+  bodyPixels: () => new Uint8Array(0),
   renderer: '',
   measure: () => Promise.resolve({ seconds: 0, bytes: 0 }),
 };

@@ -17,6 +17,8 @@ export interface Body {
   /** Two particles each; only a body without triangles has any. */
   springs: Uint32Array<ArrayBuffer>;
   pins: Uint32Array<ArrayBuffer>;
+  /** Red, green and blue of sRGB, 0 to 255, as the scene says; null: the page chooses. */
+  color: Vector | null;
 }
 
 /** True for bare points, as snow is. */

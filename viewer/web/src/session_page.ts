@@ -5,8 +5,9 @@
 import {
   ChangeKind, type Client, type LiveFrame, NappeError, type Session, SessionState, type StateChange,
 } from '../../../client/typescript/src/index.ts';
+import { setRunning } from './boxes.ts';
 import { element } from './dom.ts';
-import { listen, popup, wireButtons } from './keys.ts';
+import { listen, popup, sheet, wireButtons } from './keys.ts';
 import { showLegend } from './legend.ts';
 import { Line } from './line.ts';
 import { showLine, showSession, showState, showTime, titleOf } from './live_facts.ts';
@@ -102,6 +103,7 @@ export class SessionPage {
     listen(this.steering.actions);
     popup('more', 'views');
     popup('save', 'saves');
+    sheet('about', 'about-sheet', 'about-close');
     this.tell(session.state);
     this.stream.open();
     setInterval(() => this.write(), WRITE_EVERY);
@@ -206,6 +208,7 @@ export class SessionPage {
   private tell(state: SessionState): void {
     const fails = state === SessionState.FAILED && this.state !== state;
     this.state = state;
+    setRunning(state === SessionState.PLAYING);
     showState(state);
     this.steering.show(state);
     if (state !== SessionState.PLAYING) this.age = null;

@@ -9,10 +9,10 @@ const NEIGHBOURS = 8;
  * Side of the cube (m) that a particle has to itself: the median over some particles. Positions are x y z of
  * each. Null for too few, or if they lie on each other.
  */
-export function spacing(positions: Float32Array): number | null {
+export function spacing(positions: Float32Array, samples = SAMPLES): number | null {
   const count = positions.length / 3;
   if (count <= NEIGHBOURS) return null;
-  const step = Math.ceil(count / SAMPLES);
+  const step = Math.ceil(count / samples);
 
   const squares = new Float32Array(count);
   const sides: number[] = [];

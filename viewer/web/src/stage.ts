@@ -6,6 +6,7 @@ import {
   Color, MOUSE, Mesh, type Object3D, PCFShadowMap, PerspectiveCamera, SRGBColorSpace, Scene, TOUCH, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { followBoxes, insetsOf } from './boxes.ts';
 import type { Camera } from './camera.ts';
 import { Lights } from './lights.ts';
 import { Occlusion } from './occlusion.ts';
@@ -17,6 +18,8 @@ import { height, ratio } from './spheres.ts';
 const FIELD_OF_VIEW = 50;
 /** The camera stands so much farther than where the picture just holds the scene. */
 const MARGIN = 1.03;
+/** Boxes before the picture take no more of its height than this share, in a window that is very low. */
+const MOST_TAKEN = 0.6;
 const MOST_PIXEL_RATIO = 2;
 /** Surroundings within so many radii of the scene take light from a crease. */
 const OCCLUSION_REACH = 0.07;
@@ -58,6 +61,9 @@ export class Stage {
   private requested = false;
   /** The view is that from the start, which is fitted to the picture. */
   private atHome = true;
+  /** Heights that boxes take (CSS pixels), and the share of the height that they leave free. */
+  private insets = { top: 0, bottom: 0 };
+  private free = 1;
 
   /** What has to be drawn aside before the scene is. */
   private prepare: Prepare | null = null;
@@ -89,6 +95,7 @@ export class Stage {
       this.changed();
     });
     new ResizeObserver(() => this.resize()).observe(host);
+    followBoxes(host, () => this.reframe());
     this.resize();
   }
 
@@ -131,11 +138,11 @@ export class Stage {
     if (this.home === null) return;
     this.atHome = true;
     this.stop();
+    this.aim();
     const { camera, corners } = this.home;
     const target = new Vector3(...camera.target);
     const toEye = new Vector3(...camera.eye).sub(target).normalize();
     const eye = target.clone().addScaledVector(toEye, MARGIN * this.distance(target, toEye, corners));
-    this.camera.updateProjectionMatrix();
     if (how === 'eased' && this.damped) {
       this.easing = { since: performance.now(), eye: this.camera.position.clone(), target: this.controls.target.clone(), toEye: eye, toTarget: target };
     } else {
@@ -285,15 +292,32 @@ export class Stage {
     this.controls.enableDamping = damped;
   }
 
-  /** From where the picture just holds all corners, in the direction `toEye` of the target. */
+  /** The middle of the view becomes that of what boxes leave free. */
+  private aim(): void {
+    const [width, tall] = [Math.max(1, this.host.clientWidth), Math.max(1, this.host.clientHeight)];
+    this.insets = insetsOf(this.host);
+    const { top, bottom } = this.insets;
+    const share = Math.min(1, (MOST_TAKEN * tall) / Math.max(1, top + bottom));
+    this.free = 1 - (share * (top + bottom)) / tall;
+    this.camera.setViewOffset(width, tall, 0, 0.5 * share * (bottom - top), width, tall);
+  }
+
+  /** Boxes became larger or smaller: the view from the start is fitted anew, and one that a reader moved stays. */
+  private reframe(): void {
+    if (!this.atHome || this.home === null) return;
+    const { top, bottom } = insetsOf(this.host);
+    if (top !== this.insets.top || bottom !== this.insets.bottom) this.goHome('at once');
+  }
+
+  /** From where the part that boxes leave free just holds all corners, in the direction `toEye` of the target. */
   private distance(target: Vector3, toEye: Vector3, corners: readonly Vector[]): number {
-    const tangent = Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180);
+    const tangent = Math.tan((this.camera.fov * Math.PI) / 360);
     const right = new Vector3(0, 1, 0).cross(toEye).normalize();
     const up = toEye.clone().cross(right);
     const distances = corners.map((corner) => {
       const from = new Vector3(...corner).sub(target);
       const across = Math.abs(from.dot(right)) / this.camera.aspect;
-      return from.dot(toEye) + Math.max(across, Math.abs(from.dot(up))) / tangent;
+      return from.dot(toEye) + Math.max(across, Math.abs(from.dot(up)) / this.free) / tangent;
     });
     return Math.max(...distances, this.controls.minDistance);
   }
@@ -328,7 +352,7 @@ export class Stage {
     // It is that of the shorter side, or nearly so: a narrow screen shows the middle of the scene.
     const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) / Math.min(1, 1.25 * this.camera.aspect);
     this.camera.fov = (360 / Math.PI) * Math.atan(half);
-    this.camera.updateProjectionMatrix();
+    this.aim();
     height.value = this.renderer.domElement.height;
     if (this.atHome) this.goHome('at once');
     // At once, since the canvas is empty now.

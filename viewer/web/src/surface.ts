@@ -4,7 +4,7 @@
 // Enters: points of a scene with positions (m), perhaps colours. Leaves: a triangle over the picture that shades them.
 
 import {
-  type BufferAttribute, BufferGeometry, type Color, CustomBlending, DepthTexture, GLSL3, HalfFloatType,
+  type BufferGeometry, type Color, CustomBlending, DepthTexture, GLSL3, HalfFloatType,
   Matrix4, type Mesh, OneFactor, type PerspectiveCamera, Points, Scene, ShaderMaterial, UniformsLib, UniformsUtils,
   type WebGLRenderer, WebGLRenderTarget,
 } from 'three';
@@ -82,6 +82,7 @@ const SHADE = /* glsl */ `
   uniform float smoothing;
   uniform int taps;
   uniform vec3 white;
+  uniform float rim;
   #if NUM_DIR_LIGHT_SHADOWS > 0
     uniform mat4 directionalShadowMatrix[NUM_DIR_LIGHT_SHADOWS];
   #endif
@@ -109,6 +110,8 @@ const SHADE = /* glsl */ `
     }
     vec3 normal = normalize(sum.xyz);
     vec3 albedo = white * pow((tint.rgb / tint.w + 0.055) / 1.055, vec3(2.4));
+    float grazing = 1.0 - clamp(normal.z, 0.0, 1.0);
+    albedo *= 1.0 - rim * grazing * grazing;
     float z = mean.x / mean.y;
     depth = 0.5 - 0.5 * (projection[2][2] * z + projection[3][2]) / z;
 
@@ -147,7 +150,7 @@ export class Surface {
     this.shade = {
       ...UniformsUtils.clone(UniformsLib.lights),
       projection: { value: new Matrix4() }, toWorld: { value: new Matrix4() }, sun, lift: { value: 0 }, smoothing: { value: 0 }, taps: { value: TAPS.fine },
-      white: { value: white },
+      white: { value: white }, rim: { value: 0 },
       normals: { value: this.target.textures[0] }, colors: { value: this.target.textures[1] }, depths: { value: depthTexture },
     };
     this.mesh = screenMesh(new ShaderMaterial({
@@ -156,10 +159,13 @@ export class Surface {
     this.mesh.receiveShadow = true;
   }
 
-  /** Points of a body whose particles have cubes of a side (m) to themselves; the side may change. */
-  add(positions: BufferAttribute, tint: BufferAttribute, first: number, count: number): (side: number) => void {
-    const geometry = new BufferGeometry().setAttribute('position', positions).setAttribute('tint', tint);
-    geometry.setDrawRange(first, count);
+  /** How much darker snow is where it is seen along its surface: a share of its light. */
+  setRim(rim: number): void {
+    this.shade.rim.value = rim;
+  }
+
+  /** Points of a body, with positions and tints, whose particles have cubes of a side (m) to themselves; it may change. */
+  add(geometry: BufferGeometry): (side: number) => void {
     const radius = { value: 0 };
     for (const [scene, defines, blending] of [
       [this.front, {}, { colorWrite: false }],

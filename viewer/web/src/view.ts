@@ -29,6 +29,7 @@ export class View {
   /** Towards the camera, from the start. */
   private readonly toEye: Vector;
   private wireframe = false;
+  private pinned = true;
   /** Index of the body that the view follows, and where its middle was; null for none. */
   private followed: { body: number; middle: Vector } | null = null;
 
@@ -119,6 +120,18 @@ export class View {
     return this.wireframe;
   }
 
+  /** Shows the pins, or hides them: whether they are shown now. */
+  togglePins(): boolean {
+    this.pinned = !this.pinned;
+    this.cloth.showPins(this.pinned);
+    this.stage.changed();
+    return this.pinned;
+  }
+
+  get hasPins(): boolean {
+    return this.cloth.hasPins;
+  }
+
   /** Switches between white snow and the colours of what the recording says of each particle. */
   toggleColors(): boolean {
     const shows = this.snow.showFalseColors(!this.snow.showsColors);
@@ -151,7 +164,18 @@ export class View {
   setTheme(theme: Theme): void {
     colorGround(theme);
     this.cloth.colorEdges(theme);
+    this.snow.setTheme(theme);
     this.stage.changed();
+  }
+
+  /** The picture without colliders, as `Stage.pixels` gives it: what covers something belongs to a body. */
+  bodyPixels(): Uint8Array {
+    const { objects } = this.colliders;
+    for (const object of objects) object.visible = false;
+    const pixels = this.stage.pixels();
+    for (const object of objects) object.visible = true;
+    this.stage.changed();
+    return pixels;
   }
 
   /** Share of the pixels that lines of the grid change, from so many directions around the scene. */

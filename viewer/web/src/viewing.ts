@@ -22,7 +22,7 @@ export interface ViewDeeds {
 
 /** Buttons by the key that does the same. */
 export const VIEW_BUTTONS = {
-  home: 'r', follow: 'f', wireframe: 'w', colors: 'c', theme: 't', screen: 's', 'help-open': 'h',
+  home: 'r', follow: 'f', wireframe: 'w', pins: 'p', colors: 'c', theme: 't', screen: 's', 'help-open': 'h',
 };
 
 /** Keys that move the view; those with `Shift` stand for arrows with it. */
@@ -37,6 +37,7 @@ export function viewing(picture: Picture | null, deeds: ViewDeeds): Actions {
   element('screen').hidden = !document.fullscreenEnabled;
   element('colors').hidden = picture?.view.hasColors !== true;
   press('colors', picture?.view.showsColors === true);
+  element('pins').hidden = picture?.view.hasPins !== true;
   return picture === null ? others : { ...others, ...moves(picture, deeds), ...looks(picture, deeds) };
 }
 
@@ -50,6 +51,7 @@ function moves({ stage }: Picture, deeds: ViewDeeds): Actions {
 function looks({ stage, view }: Picture, deeds: ViewDeeds): Actions {
   return {
     w: () => press('wireframe', view.toggleWireframe()),
+    p: () => press('pins', view.togglePins()),
     c: () => {
       press('colors', view.toggleColors());
       deeds.recolored();

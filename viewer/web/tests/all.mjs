@@ -2,6 +2,7 @@
 // of several blocks above a plane. Prints a line of JSON for each part. CHROMIUM names the browser.
 
 import assert from 'node:assert/strict';
+import { bars, boxes } from './boxes.mjs';
 import { shows } from './browser.mjs';
 import { launch } from './chromium.mjs';
 import { live } from './live.mjs';
@@ -13,6 +14,8 @@ assert.ok(snow, 'node tests/all.mjs NAPPE-SERVER CLOTH.html SNOW.html');
 const PARTS = {
   'show cloth': (browser) => shows(browser, cloth, { grid: true }),
   'show snow': (browser) => shows(browser, snow),
+  'bodies under boxes': (browser) => boxes(browser, [cloth, snow]),
+  'bars at the plots': (browser) => bars(browser, cloth),
   'odd recordings': (browser) => odd(browser, cloth),
   'screens and controls': (browser) => screens(browser, cloth),
   'live, on a server': (browser) => live(browser, program),

@@ -114,6 +114,22 @@ fn every_frame_lies_within_the_bound_that_the_file_states() {
 }
 
 #[test]
+fn a_body_has_the_colour_that_its_scene_gives() {
+    let here = folder();
+    let colored = |color: &str| {
+        let name = "name = \"sheet\"";
+        write_scene(here.path(), &SMALL_SCENE.replace(name, &format!("{name}\n{color}")))
+    };
+    for (text, expected) in [("color = [1.0, 0.5, 0]", json!([255, 128, 0])), ("", Value::Null)] {
+        nappe_in(here.path(), &["run", &colored(text), "--save", "c.html", "--force"]).ok();
+        assert_eq!(Page::read(&here.path().join("c.html")).head["bodies"][0]["color"], expected, "{text}");
+    }
+    let refused = nappe_in(here.path(), &["check", &colored("color = [1.0, 2.0, 0.0]")]);
+    assert_ne!(refused.code, Some(0), "{refused:?}");
+    assert!(refused.stderr.contains("color") && refused.stderr.contains("0 to 1"), "{refused:?}");
+}
+
+#[test]
 fn texts_cannot_leave_their_place_and_an_error_that_is_allowed_is_kept() {
     let here = folder();
     let evil = "</script><script>alert(1)</script>";

@@ -149,6 +149,7 @@ def _body(body: Body) -> Json:
         "triangles": _indices(body.triangles),
         "springs": _indices(body.springs),
         "pins": body.pins.tolist(),
+        "color": body.color,
     }
 
 

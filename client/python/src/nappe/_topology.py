@@ -44,6 +44,8 @@ class Body:
     """Pinned particles (m,): indices over all particles of the session."""
     uv: NDArray[np.float32]
     """Texture coordinates (n, 2), or (0, 2) when the mesh has none."""
+    color: tuple[int, int, int] | None = None
+    """Red, green and blue of sRGB, each 0 to 255, that the scene gives it; None: a viewer chooses."""
 
     @property
     def particles(self) -> slice:
@@ -171,7 +173,13 @@ def _body(wire: Message) -> Body:
     if len(uv) not in (0, count):
         raise _broken(f"body {wire.name!r} has {len(uv)} texture coordinates for {count} particles")
     triangles, springs, pins = lists.values()
-    return Body(wire.name, first, count, triangles, springs, pins.reshape(-1), uv)
+    return Body(wire.name, first, count, triangles, springs, pins.reshape(-1), uv, _color(wire))
+
+
+def _color(wire: Message) -> tuple[int, int, int] | None:
+    if not wire.HasField("color"):
+        return None
+    return wire.color >> 16 & 255, wire.color >> 8 & 255, wire.color & 255
 
 
 def _joined(pieces: list[Message]) -> Message:

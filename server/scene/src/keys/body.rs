@@ -21,6 +21,8 @@ const SPACING: Range = Range(1e-6, 1e3);
 const MASS: Range = Range(1e-12, 1e9);
 /// A stiffness (N/m).
 const STIFFNESS: Range = Range::of(allowed::STIFFNESS);
+/// Red, green or blue of sRGB.
+const COLOR: Range = Range(0.0, 1.0);
 /// A damping (N s/m).
 const DAMPING: Range = Range::of(allowed::DAMPING);
 
@@ -30,6 +32,7 @@ pub(super) static BODY: Section = Section {
     about: "Particles joined by springs.",
     keys: &[
         key("name", Text(64), "", Required, "name, unique among bodies"),
+        key("color", Vector(COLOR), "", Absent("viewers choose one"), "colour in viewers, for looks alone: red, green and blue of sRGB, as [1.0, 0.5, 0.0] for orange"),
         key("mesh", Table(&MESH), "", Required, "where the particles are"),
         key("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh before springs are made: scale, then rotate, then translate"),
         key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of every free particle at the start, beside those that its mesh carries (vx, vy, vz of a PLY file)"),

@@ -47,6 +47,7 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
     for (place, body) in bodies.iter().enumerate() {
         let Body {
             name,
+            color: _,
             mesh: _,
             transform: _,
             velocity: _,

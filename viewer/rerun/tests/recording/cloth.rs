@@ -29,6 +29,7 @@ fn scene() -> Topology {
         springs: Vec::new(),
         pins: vec![0, SIDE as u32 - 1],
         uv: Vec::new(),
+        color: None,
     };
     let base = count as u32;
     let chain = Body {
@@ -39,6 +40,7 @@ fn scene() -> Topology {
         springs: vec![[base, base + 1], [base + 1, base + 2]],
         pins: Vec::new(),
         uv: Vec::new(),
+        color: None,
     };
     let vector = |[x, y, z]: [f64; 3]| Some(v1::Vector3 { x, y, z });
     let plane = v1::PlaneShape { point: None, normal: vector([0.0, 1.0, 0.0]) };

@@ -22,6 +22,7 @@ fn scene() -> Topology {
         springs: Vec::new(),
         pins: Vec::new(),
         uv: Vec::new(),
+        color: None,
     };
     let solid = Collider { name: "box".to_owned(), shape: Some(Shape::Box(solid)), velocity: [0.0; 3] };
     Topology { id: 1, particle_count: 1, bodies: vec![body], colliders: vec![solid] }

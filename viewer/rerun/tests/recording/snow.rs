@@ -20,6 +20,7 @@ fn scene() -> Topology {
         springs: Vec::new(),
         pins: Vec::new(),
         uv: Vec::new(),
+        color: None,
     };
     let vector = |[x, y, z]: [f64; 3]| Some(v1::Vector3 { x, y, z });
     let (start, end, radius) = (vector([1.0, 0.0, 0.0]), vector([1.0, 1.0, 0.0]), 0.2);

@@ -68,6 +68,7 @@ fn body(body: &Body) -> Value {
         "triangles": indices(&body.triangles),
         "springs": indices(&body.springs),
         "pins": body.pins,
+        "color": body.color,
     })
 }
 
