@@ -10,7 +10,7 @@ use crate::{
 
 impl Client {
     /// Makes a code that a browser trades for the token, once: it stands behind the address of the server's page,
-    /// `http://HOST:PORT/#CODE`. The oldest of more than 16 is good for nothing.
+    /// `http://HOST:PORT/#CODE`. The oldest of more than 64 is good for nothing.
     ///
     /// # Errors
     /// If the call fails; a server from before there were links has no such method.

@@ -13,7 +13,7 @@ use crate::{
 /// A session to create. 0 and `None` mean "as the scene says".
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CreateSession {
-    /// Its id: 4 to 63 of a-z, 0-9 and '-', starting with a letter. Empty: the server chooses.
+    /// Its id: 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first. Empty: the server chooses.
     pub session_id: String,
     /// What to simulate.
     pub scene: Scene,

@@ -1098,7 +1098,7 @@ pub struct UploadMeshResponse {
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct CreateSessionRequest {
-    /// 4 to 63 of a-z, 0-9 and '-', starting with a letter. Empty: the server chooses.
+    /// 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first. Empty: the server chooses.
     #[prost(string, tag = "1")]
     pub session_id: ::prost::alloc::string::String,
     /// Precision of the state. Unspecified: as the scene says.
@@ -1998,7 +1998,7 @@ pub mod watch_diagnostics_response {
 }
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct MakeLinkRequest {}
-/// A code that is good once, for a time. At most 16 are good at a time: the oldest gives way to a newer one.
+/// A code that is good once, for a time. At most 64 are good at a time: the oldest gives way to a newer one.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct MakeLinkResponse {
     /// 128 random bits as 32 hexadecimal digits. Whoever has it can get the token.

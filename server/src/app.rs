@@ -18,6 +18,7 @@ use tonic_health::{ServingStatus, server::HealthReporter};
 use crate::{
     address::Address,
     config::Config,
+    links,
     rpc::{Shared, UploadTimes},
     start_error::{LEAST_RANK_SILENCE, MAX_SECONDS, StartError},
     token_keeper,
@@ -120,6 +121,9 @@ impl App {
     pub fn url(&self) -> String {
         self.address.url()
     }
+
+    /// Links that are good at a time; the oldest of more gives way.
+    pub const MOST_LINKS: u64 = links::MOST as u64;
 
     /// What a browser on this machine opens, once: the address of the page, with a code where a token is asked for. None for
     /// a Unix socket, which no browser opens, and without the feature `page`.

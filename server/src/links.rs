@@ -14,8 +14,8 @@ use subtle::ConstantTimeEq as _;
 
 use crate::secret;
 
-/// Codes that are good at a time.
-const MOST: usize = 16;
+/// Codes that are good at a time: as many as a class has browsers.
+pub(crate) const MOST: usize = 64;
 
 /// The links of a server.
 #[derive(Debug)]

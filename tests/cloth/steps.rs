@@ -137,8 +137,7 @@ fn a_rejected_step_grows_back_after_four_good_ones_and_keeps_the_times_of_frames
 fn a_step_that_no_length_mends_fails_as_it_was() {
     // The pins at its ends are drawn apart by more than the limit allows, which parts of the step come to in the end.
     let x: Vec<_> = (0..5).map(|i| [0.1 * f64::from(i), 0.0, 0.0]).collect();
-    let mut network = chain(&x, 0.1, 100.0, 0.0, 0.01);
-    network.pins = vec![0, 4];
+    let network = Network { pins: vec![0, 4], ..chain(&x, 0.1, 100.0, 0.0, 0.01) };
     let mut scene = Scene::new(network, 0.01).certified();
     scene.settings.limits = StateLimits { max_stretch: Some(1.5), max_energy: None };
     let mut simulation = scene.simulate(Precision::F64);
@@ -147,7 +146,8 @@ fn a_step_that_no_length_mends_fails_as_it_was() {
     simulation.apply(&[change]).expect("a pin");
     let before = simulation.state_hash();
     let error = try_advance(&mut simulation, 1).expect_err("twice as long");
-    assert!(matches!(error.failure, StepFailure::Stretch { .. }), "{error}");
+    assert!(matches!(error.failure, StepFailure::Stretch { pin: Some(4), .. }), "{error}");
+    assert!(error.to_string().contains("particle 4, a pin that was moved within the step"), "{error}");
     assert_eq!(simulation.state_hash(), before);
 }
 

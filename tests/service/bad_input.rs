@@ -105,7 +105,7 @@ async fn with_bad_scenes(c: &mut Client) -> Vec<Refusal> {
         (v1::CreateSessionRequest { scene: text("= ?"), ..request() }, Reason::InvalidScene),
         (v1::CreateSessionRequest { scene: text(""), ..request() }, Reason::InvalidScene),
         (
-            v1::CreateSessionRequest { session_id: "A".into(), scene: good.clone(), ..request() },
+            v1::CreateSessionRequest { session_id: "A_B".into(), scene: good.clone(), ..request() },
             Reason::InvalidField,
         ),
         (v1::CreateSessionRequest { precision: 9, scene: good.clone(), ..request() }, Reason::InvalidField),

@@ -113,15 +113,19 @@ async fn a_code_that_is_guessed_torn_or_of_another_server_opens_nothing_and_spoi
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn sixteen_links_are_good_at_a_time_and_the_oldest_gives_way() {
+async fn sixty_four_links_are_good_at_a_time_and_the_oldest_gives_way() {
     let app = guarded(config());
+    let maker = nappe_client::Client::connect(&app.url()).await.expect("connected");
     let mut codes = Vec::new();
-    for _ in 0..17 {
-        codes.push(code(&app).await);
+    for _ in 0..=App::MOST_LINKS {
+        codes.push(maker.make_link().await.expect("a link").code);
     }
+    assert_eq!(codes.len(), 65);
     assert_closed(&app, &codes[0]).await;
+    let mut opener = connect(&app).await;
     for code in &codes[1..] {
-        assert_eq!(open(&app, code).await.expect("one of sixteen"), token(&app));
+        let given = opener.open_link(v1::OpenLinkRequest { code: code.clone() }).await;
+        assert_eq!(given.expect("one of sixty-four").into_inner().token, token(&app));
     }
 }
 

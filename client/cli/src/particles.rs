@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeSet, fmt};
 
-use nappe_client::{Body, Client, Event, Topology, WatchOptions};
+use nappe_client::{Body, Client, Event, Frame, Topology, WatchOptions};
 use nappe_scene::{Layout, suggestion};
 use nappe_sim::mesh::grid_triangles;
 
@@ -72,15 +72,18 @@ impl fmt::Display for Particle {
     }
 }
 
-/// What a session is made of.
+/// What a session is made of, and its newest frame.
 ///
 /// # Errors
 /// When there is no such session, or the connection breaks.
-pub(crate) async fn topology(client: &Client, session_id: &str) -> Result<Topology> {
+pub(crate) async fn seen(client: &Client, session_id: &str) -> Result<(Topology, Frame)> {
     let mut stream = client.watch(session_id, WatchOptions::default()).await?;
+    let mut found = None;
     while let Some(event) = stream.next().await {
-        if let Event::Topology(topology) = event? {
-            return Ok(topology);
+        match (event?, found.take()) {
+            (Event::Topology(topology), _) => found = Some(topology),
+            (Event::Frame(frame), Some(topology)) => return Ok((topology, frame)),
+            (_, before) => found = before,
         }
     }
     Err(CliError::failure(format!("session {session_id} ended before it said what it is made of")))

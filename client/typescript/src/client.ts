@@ -6,8 +6,8 @@ import { create, type DescMessage, type MessageShape } from '@bufbuild/protobuf'
 import { checkSignal, text, type Whole } from './checks.ts';
 import { broken } from './errors.ts';
 import {
-  DeleteSessionRequestSchema, GetServerInfoRequestSchema, GetSessionRequestSchema, ListSessionsRequestSchema, MakeLinkRequestSchema,
-  OpenLinkRequestSchema, SimulationService, type GetServerInfoResponse, type MakeLinkResponse, type Session, type UpdateParametersResponse,
+  AppendUploadRequestSchema, BeginUploadRequestSchema, DeleteSessionRequestSchema, FinishUploadRequestSchema, GetServerInfoRequestSchema,
+  GetSessionRequestSchema, ListSessionsRequestSchema, MakeLinkRequestSchema, OpenLinkRequestSchema, SimulationService, type GetServerInfoResponse, type MakeLinkResponse, type Session, type UpdateParametersResponse,
 } from './gen/nappe/v1/simulation_pb.ts';
 import { call, type Method, type Target } from './grpcweb.ts';
 import {
@@ -16,6 +16,7 @@ import {
 } from './requests.ts';
 import { diagnostics, frames, topology, type FrameOptions, type StreamOptions } from './streams.ts';
 import { readTarget, readToken, type ConnectOptions } from './target.ts';
+import { fileUpload, pieces, type MeshFile, type Uploaded } from './uploads.ts';
 import { writable } from './written.ts';
 import type { LiveFrame } from './frame.ts';
 import type { Diagnostics } from './gen/nappe/v1/frame_pb.ts';
@@ -25,6 +26,8 @@ import type { Topology } from './topology.ts';
 const CALL_SECONDS = 10;
 /** Longest time that the building of a large scene may take (s). */
 const CREATE_SECONDS = 120;
+/** Longest time of one piece of an upload (s): the server gives up before, where the rate of bytes is too low. */
+const PIECE_SECONDS = 120;
 /** Sessions in a page of the list. */
 const PAGE_SIZE = 200;
 
@@ -95,6 +98,19 @@ export class Client {
   async get(session: SessionRef, signal?: AbortSignal): Promise<Session> {
     const request = create(GetSessionRequestSchema, named(session));
     return present(await this.#call(METHODS.getSession, request, signal, CALL_SECONDS));
+  }
+
+  /** Sends a mesh file as it is, which the server reads and checks; a scene names the mesh by its id. */
+  async uploadFile(file: MeshFile, signal?: AbortSignal): Promise<Uploaded> {
+    const { header, bytes } = fileUpload(file);
+    const begin = create(BeginUploadRequestSchema, { header: { case: 'file', value: header } });
+    const { uploadId } = await this.#call(METHODS.beginUpload, begin, signal, CALL_SECONDS);
+    for await (const piece of pieces(bytes)) {
+      await this.#call(METHODS.appendUpload, create(AppendUploadRequestSchema, { uploadId, ...piece }), signal, PIECE_SECONDS);
+    }
+    const finish = create(FinishUploadRequestSchema, { uploadId });
+    const { meshId, warnings } = await this.#call(METHODS.finishUpload, finish, signal, CREATE_SECONDS);
+    return { meshId, warnings };
   }
 
   /** Makes a session, paused before its first step. */

@@ -13,6 +13,7 @@ export type {
 export type { FrameOptions, StreamOptions } from './streams.ts';
 export type { Pose } from './poses.ts';
 export type { ConnectOptions } from './target.ts';
+export type { MeshFile, MeshFormat, Uploaded } from './uploads.ts';
 export type { Body, Topology } from './topology.ts';
 export type { ColliderShape, Diagnostics, MeshShape, Vector3 } from './gen/nappe/v1/frame_pb.ts';
 export {

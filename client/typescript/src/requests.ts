@@ -23,7 +23,7 @@ export interface CreateOptions {
   scene?: string;
   /** The text of a scene file (TOML). */
   sceneText?: string;
-  /** 4 to 63 of a-z, 0-9 and '-', starting with a letter. Absent: the server chooses. */
+  /** 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first. Absent: the server chooses. */
   sessionId?: string;
   precision?: PrecisionName;
   /** Absent: as many as the server has cores, within its limit. */

@@ -56,6 +56,23 @@ test('a session is made, stepped, played, paused and deleted', async () => {
   await assert.rejects(client.get(made), { reason: 'SESSION_NOT_FOUND' });
 });
 
+test('a mesh file is sent in pieces, and a scene names it', async () => {
+  // Comments make it longer than a piece, and a faulty line stands behind them.
+  const long = '# a comment of a mesh\n'.repeat(60_000);
+  const points = 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n';
+  const scene = (id) => `version = 1\ndt = 0.001\n[[body]]\nname = "b"\nmesh = { upload = "${id}" }\nmass = { particle = 0.1 }\nsprings = { stretch = { stiffness = 10 } }\n`;
+  for (const data of [new Blob([long, points]), new TextEncoder().encode(points)]) {
+    const { meshId, warnings } = await client.uploadFile({ name: 'sheet.obj', format: 'obj', data });
+    assert.deepEqual(warnings, []);
+    const made = await client.create({ sceneText: scene(meshId) });
+    assert.equal(made.particleCount, 3n);
+    await client.delete(made);
+  }
+  const bad = client.uploadFile({ name: 'bad.obj', format: 'obj', data: new Blob([long, 'v 0 0\n']) });
+  await assert.rejects(bad, (error) => error.reason === 'INVALID_MESH' && error.message.startsWith('bad.obj:60001'));
+  await assert.rejects(client.uploadFile({ name: 'x', format: 'obj', data: new Blob([]) }), { reason: 'INVALID_FIELD' });
+});
+
 test('parameters change, all or none, and a copy has them', async () => {
   const made = await client.create({ scene: 'flag' });
   const accepted = await client.update(made, { gravity: { x: 0, y: -1.5, z: 0 }, drag: 0.25 });

@@ -45,7 +45,7 @@ test('what a session refuses', async () => {
   says(await met(client.create({ sceneText: 'version = 1\ntitle = 3' })), 'INVALID_SCENE', 'line', 'violation');
   says(await met(client.create({ sceneText: 'x'.repeat(3000) })), 'SCENE_TOO_LARGE', 'bytes', 'allowed');
   says(await met(client.create({ sceneText: 'x'.repeat(5000) })), 'MESSAGE_TOO_LARGE');
-  says(await met(client.create({ scene: 'flag', sessionId: 'A' })), 'INVALID_FIELD', 'field');
+  says(await met(client.create({ scene: 'flag', sessionId: '-A' })), 'INVALID_FIELD', 'field');
   says(await met(client.step(made, 1001)), 'INVALID_FIELD', 'field', 'value', 'allowed');
   says(await met(client.update(made, { pins: [{ particle: 1_000_000, target: {}, durationSeconds: 1 }] })), 'INVALID_CHANGE', 'particle');
   says(await met(client.update(made, { springs: [{ kind: 1, stiffness: -1 }] })), 'INVALID_CHANGE');

@@ -16,6 +16,7 @@ pub mod mesh;
 mod transform;
 mod air;
 mod contact;
+mod solver;
 mod body;
 mod snow;
 mod way;
@@ -35,8 +36,8 @@ pub mod files;
 
 pub use assemble::{Built, ColliderSolid, Layout, MeshSource, NoMeshes, SceneLimits, SceneSize};
 pub use body::{
-    Body, ElementLaw, ForceText, GridPlane, Limits, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, Solver,
-    SpringLaw, Springs, Unused,
+    Body, ElementLaw, ForceText, GridPlane, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, SpringLaw,
+    Springs, Unused,
 };
 pub use coarser::{CoarserGrid, CoarserScene, coarser};
 pub use collider::{ColliderMesh, ColliderText, ShapeText};
@@ -52,6 +53,7 @@ pub use snow::{
     AdvectionName, BoxText, MaterialText, Overlap, Sampling, Snow, SnowBody, SnowSolver, SnowSource,
     TransferName, VolumeFrom,
 };
+pub use solver::{Limits, Solver};
 pub use source::Source;
 pub use terms::{Removal, SceneTerm};
 pub use transform::{Rotate, Transform};

@@ -198,7 +198,7 @@ mod tests {
         let failures = [
             StepFailure::NotFinite { particle: 0, quantity: "x".into(), value: f64::NAN },
             StepFailure::Collapsed { particle: 0, other: 1, value: 1e-9, rest_length: 1.0 },
-            StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0 },
+            StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0, pin: None },
             StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },
             StepFailure::TimeStep { particle: 0, dt: 2.0, limit: 1.0, bound: BoundKind::ElasticWave },

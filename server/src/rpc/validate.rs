@@ -21,7 +21,7 @@ const MAX_PAGE_SIZE: usize = 1000;
 /// Simulated seconds per second at most; whoever wants more wants "as fast as possible".
 const MAX_REAL_TIME_FACTOR: f64 = 1e6;
 
-/// The id of a session: 4 to 63 of a-z, 0-9 and '-', starting with a letter.
+/// The id of a session: 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first: a command takes it for an option.
 ///
 /// # Errors
 /// If it has another form.
@@ -34,17 +34,15 @@ pub(super) fn session_id(id: &str) -> Result<(), ServiceError> {
 /// # Errors
 /// If it has another form.
 pub(super) fn id_in(field: &str, id: &str) -> Result<(), ServiceError> {
-    let allowed = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
-    let good = (4..=63).contains(&id.len())
-        && id.bytes().all(allowed)
-        && id.starts_with(|first: char| first.is_ascii_lowercase());
-    if good {
+    let allowed = |c: u8| c.is_ascii_alphanumeric() || c == b'-';
+    if (1..=63).contains(&id.len()) && id.bytes().all(allowed) && !id.starts_with('-') {
         return Ok(());
     }
 
     let shown: String = id.chars().take(80).collect();
-    let problem =
-        format!("is '{shown}': an id has 4 to 63 characters of a-z, 0-9 and '-', and starts with a letter");
+    let problem = format!(
+        "is '{shown}': an id has 1 to 63 letters (a-z, A-Z), digits and '-', and does not start with '-'"
+    );
     Err(ServiceError::field(field, problem).with("value", shown))
 }
 
@@ -301,10 +299,12 @@ mod tests {
 
     #[test]
     fn ids_follow_the_rule() {
-        for good in ["abcd", "a-1-", "demo-2", &"z".repeat(63)] {
+        for good in ["a", "Z", "7", "a-1-", "demo-2", "2nd-Try", &"z".repeat(63), &"Z".repeat(63)] {
             assert!(session_id(good).is_ok(), "{good}");
         }
-        for bad in ["", "abc", "1abc", "-abc", "Abcd", "ab_d", "ab d", "abcé", &"z".repeat(64)] {
+        for bad in
+            ["", "-", "-abc", "ab_d", "ab d", "a.b", "a/b", "abcé", "é", &"z".repeat(64), &"Z".repeat(64)]
+        {
             assert!(session_id(bad).is_err(), "{bad}");
         }
     }

@@ -4,11 +4,12 @@ import { connect, NappeError } from '../../../client/typescript/src/index.ts';
 import { admitted, enter, takeCode } from './access.ts';
 import { element } from './dom.ts';
 import { showList } from './list.ts';
-import { stand } from './notice.ts';
+import { pass, stand } from './notice.ts';
+import { keptWarnings, takeScenes } from './own.ts';
 import type { Ray } from './ray.ts';
 import { SessionPage } from './session_page.ts';
 import { Themes } from './theme.ts';
-import { absent, lost, unreadable } from './words.ts';
+import { absent, lost, odd, unreadable } from './words.ts';
 
 /** What scripts and tests may use. */
 interface Handles {
@@ -32,6 +33,7 @@ const AGAIN = 1_000;
 async function start(handles: Handles, themes: Themes): Promise<void> {
   const client = connect('.', { silenceSeconds: SILENCE });
   let code = takeCode();
+  takeScenes(client);
   for (let attempt = 1; ; attempt++) {
     try {
       await enter(client, code);
@@ -42,6 +44,8 @@ async function start(handles: Handles, themes: Themes): Promise<void> {
       const session = await admitted(client, () => client.get(id));
       if (attempt > 1) stand(null);
       handles.session = new SessionPage(client, session, themes);
+      const warnings = keptWarnings(session.sessionId);
+      if (warnings.length > 0) pass(odd(warnings));
       return await handles.session.ready;
     } catch (error) {
       if (!(error instanceof NappeError)) throw error;

@@ -3,6 +3,7 @@
 // Enters: errors and failures of the client. Leaves: notices.
 
 import { Code, type Failure, NappeError, failureError } from '../../../client/typescript/src/index.ts';
+import type { Refused } from './files.ts';
 import type { Deed, Notice } from './notice.ts';
 
 /** To the list of sessions. */
@@ -85,6 +86,30 @@ export function refused(doing: string, error: unknown): Notice {
   }
   const why = sentence(error instanceof Error ? error.message : String(error));
   return { kind: 'trouble', what: `${capital(doing)} was refused: ${why}`, remedy: known?.remedy ?? '' };
+}
+
+/** A file on its way to the server. */
+export function sending(file: string): Notice {
+  return { kind: 'news', what: `${file} is sent to the server.`, remedy: '' };
+}
+
+/** A file that the page does not take. */
+export function notTaken({ file, why, remedy }: Refused): Notice {
+  return { kind: 'trouble', what: `${file} ${file.includes(', ') ? 'were' : 'was'} refused: ${sentence(why)}`, remedy };
+}
+
+/** A file that the server refused: what it calls the scene has the name of the file. */
+export function refusedFile(file: string, error: unknown): Notice {
+  const known = error instanceof NappeError ? error : null;
+  if (known?.isTransient === true) return refused(`the session of ${file}`, error);
+  const said = (error instanceof Error ? error.message : String(error)).replace(/^scene:/gm, () => `${file}:`);
+  const what = said.startsWith(`${file}:`) ? `Refused: ${sentence(said)}` : `${file} was refused: ${sentence(said)}`;
+  return { kind: 'trouble', what, remedy: known?.remedy ?? '' };
+}
+
+/** What is odd about a scene, but does not stop it. */
+export function odd(warnings: readonly string[]): Notice {
+  return { kind: 'news', what: warnings.map(sentence).join(' '), remedy: '' };
 }
 
 /** The server is reached, but what it sends cannot be shown. */

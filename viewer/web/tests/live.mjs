@@ -10,12 +10,13 @@ import { door } from './live/door.mjs';
 import { list } from './live/list.mjs';
 import { loads } from './live/loads.mjs';
 import { odd } from './live/odd.mjs';
+import { own } from './live/own.mjs';
 import { picture } from './live/picture.mjs';
 import { lineTo, serve } from './live/start.mjs';
 import { steering } from './live/steering.mjs';
 import { troubles } from './live/troubles.mjs';
 
-const PARTS = { picture, steering, list, odd, troubles, door, crowd };
+const PARTS = { picture, steering, list, own, odd, troubles, door, crowd };
 /** What takes minutes runs by its name alone. */
 const SLOW = { loads };
 

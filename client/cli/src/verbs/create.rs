@@ -14,7 +14,7 @@ use crate::{
 pub(crate) struct CreateArgs {
     /// A scene that the server ships, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,
-    /// Id for the session: 4 to 63 of a-z, 0-9 and '-', starting with a letter [default: the server chooses]
+    /// Id for the session: 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first [default: the server chooses]
     #[arg(long, value_name = "ID")]
     id: Option<String>,
     #[command(flatten)]

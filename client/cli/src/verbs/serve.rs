@@ -3,7 +3,7 @@
 use std::{convert::Infallible, ffi::OsString, time::Duration};
 
 use clap::Args;
-use nappe_server::{Address, App, Config, Log, LogError};
+use nappe_server::{Address, App, Config, Log, LogError, numbers::whole};
 use serde_json::json;
 use tokio::time::timeout;
 
@@ -25,6 +25,7 @@ Examples:
   nappe serve                          on the loopback interface, port 6277
   nappe serve --address 127.0.0.1:0    on a free port
   nappe serve --token my.token         asks for the token in a file, for clients elsewhere
+  nappe serve --links 30               with a link for each of 30 browsers, as for a class
   nappe serve --rerun                  with a Rerun viewer that shows every session
   nappe serve --rerun rerun+http://192.168.1.5:9876/proxy
 
@@ -44,6 +45,9 @@ pub(crate) struct ServeArgs {
     log: String,
     #[command(flatten)]
     link: LinkArgs,
+    /// Print so many links, each of which lets one browser in, also into a file or a pipe
+    #[arg(long, value_name = "N", conflicts_with_all = ["json", "link"], value_parser = whole::<u32>(1..=App::MOST_LINKS))]
+    links: Option<u32>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -53,6 +57,10 @@ pub(crate) struct ServeArgs {
 /// # Errors
 /// When the address cannot be had, or there is no viewer to show the sessions.
 pub(crate) fn run(args: &ServeArgs) -> Result<()> {
+    if args.links.is_some() && !matches!(args.config.address, Address::Tcp(_)) {
+        let why = "--links: browsers cannot reach a Unix socket; serve at a HOST:PORT, or leave --links out";
+        return Err(CliError::usage(why));
+    }
     remote::block_on(async {
         let viewer = match &args.rerun {
             Some(_) => Some(Viewer::find().await?),
@@ -111,21 +119,33 @@ fn announce(app: &App, args: &ServeArgs) -> Result<()> {
                 (None, Some(_)) => "clients show the token of the file that it was given".to_owned(),
                 (None, None) => "it asks for no token: whoever reaches the address may call".to_owned(),
             };
-            let page = page(app, args.link)?;
+            let page = page(app, args)?;
             output::line(&format!("nappe {version} serves on {url}; Ctrl-C ends it\n{token}{page}"))
         }
     }
 }
 
 /// What is said of the page for browsers, if there is one. A link that gives the token is not left in a log, which others
-/// may read.
-fn page(app: &App, link: LinkArgs) -> Result<String> {
-    if app.token().is_some() && !link.is_wanted() {
+/// may read, unless it is asked for.
+fn page(app: &App, args: &ServeArgs) -> Result<String> {
+    let is_wanted = args.links.is_some() || args.link.is_wanted();
+    if app.token().is_some() && !is_wanted {
         let is_served = matches!(app.address(), Address::Tcp(_));
         let way = format!("\na link for a browser: nappe view --web --server {}", app.url());
         return Ok(if is_served { way } else { String::new() });
     }
-    let link = app.page_link().map_err(CliError::failure)?;
-    let once = if app.token().is_some() { ", good once and for 10 minutes" } else { "" };
-    Ok(link.map(|link| format!("\nin a browser{once}: {link}")).unwrap_or_default())
+    // Without a token all browsers open the same address.
+    let (count, once) = match app.token() {
+        Some(_) => (args.links.unwrap_or(1), ", good once and for 10 minutes"),
+        None => (1, ""),
+    };
+    let mut links = Vec::new();
+    for _ in 0..count {
+        links.extend(app.page_link().map_err(CliError::failure)?);
+    }
+    Ok(match links.as_slice() {
+        [] => String::new(),
+        [link] => format!("\nin a browser{once}: {link}"),
+        several => format!("\nin {} browsers{once} each:\n{}", several.len(), several.join("\n")),
+    })
 }

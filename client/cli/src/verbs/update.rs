@@ -1,7 +1,7 @@
 //! `nappe update`: changes gravity, wind, air, springs, pins, forces or colliders of a session, all at the same step.
 
 use clap::Args;
-use nappe_client::{Client, Topology, v1};
+use nappe_client::{Client, Frame, Topology, v1};
 use nappe_server::numbers::{Least, NEWTON_SECONDS_PER_METRE, SECONDS, real, whole};
 use serde_json::json;
 
@@ -15,6 +15,9 @@ use crate::{
     remote,
 };
 
+/// How fast a pin goes that no time is given for (m/s).
+const PIN_SPEED: f64 = 1.0;
+
 /// Change gravity, wind, air, springs, pins, forces or colliders
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -22,7 +25,7 @@ Examples:
   nappe update first --gravity 0,-1.62,0          the Moon
   nappe update first --wind 3,0,0 --at-step 500   wind before step 500
   nappe update first --stiffness bend=5           springs against folding only
-  nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s
+  nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s; without :2, at 1 m/s
   nappe update first --pin top_left=0,1,0         names of grids and chains; of several bodies flag:top_left
   nappe update first --force sheet:12=0,0.5,0     a force on a particle, until the next one
   nappe update first --force sheet:all=0,0,0      none on any
@@ -55,8 +58,8 @@ pub(crate) struct UpdateArgs {
     /// Body whose springs or air change [default: all]
     #[arg(long, value_name = "NAME")]
     body: Option<String>,
-    /// Move a pinned particle to a position (m) within SECONDS of simulated time [default: one step]; a number counts over
-    /// all bodies, and with BODY: within that one
+    /// Move a pinned particle to a position (m) within SECONDS of simulated time [default: as long as it takes at 1 m/s from
+    /// where the newest frame has it]; a number counts over all bodies, and with BODY: within that one
     #[arg(long, value_name = "[BODY:]PARTICLE=X,Y,Z[:SECONDS]", value_parser = pin)]
     pin: Vec<Pin>,
     /// Force (N) on a particle of a body, by its number there or its name, or on all of them, from then on
@@ -83,7 +86,8 @@ struct Pin {
     body: Option<String>,
     particle: Particle,
     target: v1::Vector3,
-    duration_seconds: f64,
+    /// None: as long as it takes at [`PIN_SPEED`].
+    duration_seconds: Option<f64>,
 }
 
 /// A force on particles of a body.
@@ -114,7 +118,18 @@ impl Pin {
                 }
             }
         };
+        let duration_seconds = match duration_seconds {
+            Some(seconds) => seconds,
+            None => session.distance(particle, target).await? / PIN_SPEED,
+        };
         Ok(v1::PinUpdate { particle, target: Some(target), duration_seconds })
+    }
+
+    /// What is said of it once it is on its way, for that time (s).
+    fn told(&self, seconds: f64) -> String {
+        let body = self.body.as_ref().map(|body| format!("{body}:")).unwrap_or_default();
+        let time = if seconds > 0.0 { format!("{seconds:.3} s") } else { "one step".to_owned() };
+        format!("pin {body}{} gets there in {time}", self.particle)
     }
 }
 
@@ -137,15 +152,27 @@ impl Force {
 struct Named<'a> {
     client: &'a Client,
     id: &'a str,
-    found: Option<Topology>,
+    found: Option<(Topology, Frame)>,
 }
 
 impl Named<'_> {
-    async fn topology(&mut self) -> Result<&Topology> {
+    async fn seen(&mut self) -> Result<&(Topology, Frame)> {
         if self.found.is_none() {
-            self.found = Some(Box::pin(particles::topology(self.client, self.id)).await?);
+            self.found = Some(Box::pin(particles::seen(self.client, self.id)).await?);
         }
         Ok(self.found.as_ref().expect("it was found"))
+    }
+
+    async fn topology(&mut self) -> Result<&Topology> {
+        Ok(&self.seen().await?.0)
+    }
+
+    /// How far a particle is from a point (m), as the newest frame has it; 0 for one that there is not, which the server refuses.
+    async fn distance(&mut self, particle: u32, point: v1::Vector3) -> Result<f64> {
+        let (_, frame) = self.seen().await?;
+        let there = [point.x, point.y, point.z];
+        let far = |here: [f64; 3]| here.iter().zip(there).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
+        Ok(frame.positions.get(particle as usize).map_or(0.0, far))
     }
 }
 
@@ -165,14 +192,24 @@ pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
         for force in &args.force {
             request.forces.push(force.update(&mut session).await?);
         }
+        let pins = request.pins.clone();
         let accepted = Box::pin(remote::answer(id, client.update(request))).await?;
         let v1::UpdateParametersResponse { effective_step, order } = accepted;
         match output.format() {
             Format::Json => {
-                output::json(&json!({ "session_id": id, "effective_step": effective_step, "order": order }))
+                let pins: Vec<_> = pins
+                    .iter()
+                    .map(|pin| json!({ "particle": pin.particle, "seconds": pin.duration_seconds }))
+                    .collect();
+                output::json(&json!({
+                    "session_id": id, "effective_step": effective_step, "order": order, "pins": pins,
+                }))
             }
             Format::Text => {
-                output::line(&format!("{id}: change {order} takes effect before step {effective_step}"))
+                let told = args.pin.iter().zip(&pins).map(|(pin, sent)| pin.told(sent.duration_seconds));
+                let first = format!("{id}: change {order} takes effect before step {effective_step}");
+                let lines: Vec<String> = std::iter::once(first).chain(told).collect();
+                output::line(&lines.join("; "))
             }
         }
     })
@@ -268,8 +305,8 @@ fn pin(text: &str) -> std::result::Result<Pin, String> {
     };
     let particle = Particle::parse(particle)?;
     let (target, duration_seconds) = match position.split_once(':') {
-        None => (vector(position)?, 0.0),
-        Some((target, seconds)) => (vector(target)?, real(SECONDS, Least::From0)(seconds)?),
+        None => (vector(position)?, None),
+        Some((target, seconds)) => (vector(target)?, Some(real(SECONDS, Least::From0)(seconds)?)),
     };
     Ok(Pin { body, particle, target, duration_seconds })
 }
@@ -300,9 +337,10 @@ mod tests {
     #[test]
     fn a_pin_has_a_particle_a_position_and_perhaps_a_duration() {
         let target = v1::Vector3 { x: 0.5, y: -1.0, z: 2.0 };
-        let seven = Pin { body: None, particle: Particle::Number(7), target, duration_seconds: 0.0 };
+        let seven = Pin { body: None, particle: Particle::Number(7), target, duration_seconds: None };
         assert_eq!(pin("7=0.5,-1,2"), Ok(seven.clone()));
-        assert_eq!(pin("7=0.5,-1,2:1.5"), Ok(Pin { duration_seconds: 1.5, ..seven.clone() }));
+        assert_eq!(pin("7=0.5,-1,2:1.5"), Ok(Pin { duration_seconds: Some(1.5), ..seven.clone() }));
+        assert_eq!(pin("7=0.5,-1,2:0"), Ok(Pin { duration_seconds: Some(0.0), ..seven.clone() }));
         assert_eq!(pin("a:7=0.5,-1,2"), Ok(Pin { body: Some("a".to_owned()), ..seven.clone() }));
         let left = Particle::Name("left".to_owned());
         assert_eq!(pin("left=0.5,-1,2"), Ok(Pin { particle: left, ..seven }));

@@ -156,6 +156,32 @@ fn serve_prints_a_link_where_it_is_asked_for_and_the_address_where_no_token_is()
 }
 
 #[test]
+fn serve_prints_as_many_links_as_are_asked_for_and_each_is_good_once() {
+    let mut serve = command();
+    serve.args(["serve", "--address", "127.0.0.1:0", "--links", "3"]);
+    let mut process = serve.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("the server starts");
+    let lines = Lines::of(process.stdout.take().expect("a pipe"));
+    assert!(lines.with("in 3 browsers").ends_with("good once and for 10 minutes each:"));
+    // The last is looked for, so that all are printed.
+    let links = [lines.with("http://"), lines.with("http://"), lines.with("http://")];
+    for (i, link) in links.iter().enumerate() {
+        assert!(!links[..i].contains(link), "{links:?}");
+        assert!(opened(link).contains("grpc-status:0"), "it is good: {link}");
+        assert!(opened(link).contains("grpc-status: 5"), "once: {link}");
+    }
+    end_by(&mut process, "TERM");
+    assert!(lines.rest().is_empty(), "and no other");
+
+    for wrong in [&["0"][..], &["65"], &["many"], &["3", "--json"], &["3", "--link"]] {
+        let done = nappe(&[&["serve", "--address", "127.0.0.1:0", "--links"], wrong].concat());
+        assert_eq!((done.code, done.stdout.as_str()), (Some(2), ""), "{wrong:?}: {done:?}");
+    }
+    let done = nappe(&["serve", "--address", "unix:/nowhere/socket", "--links", "3"]);
+    assert_eq!(done.code, Some(2), "{done:?}");
+    assert!(done.stderr.contains("browsers cannot reach a Unix socket"), "{}", done.stderr);
+}
+
+#[test]
 fn no_link_stands_in_a_file_or_a_pipe_unasked_and_the_way_to_one_does() {
     let here = folder();
     let log = here.path().join("serve.log");

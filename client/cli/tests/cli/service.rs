@@ -5,7 +5,7 @@ use std::process::Stdio;
 use serde_json::Value;
 
 use crate::support::{
-    Lines, SMALL_SCENE, Server, command, end_by, folder, hears_of_hangups, until, write_scene,
+    Lines, SMALL_SCENE, Server, command, end_by, folder, hears_of_hangups, nappe, until, write_scene,
 };
 
 /// Creates a session of the small scene, which ends after `steps` steps (0: never).
@@ -120,10 +120,29 @@ fn play_pause_stop_and_update_do_what_they_say() {
     assert_eq!(waiting[1]["sets"], serde_json::json!(["drag 0.001", "springs (2)", "pins (1)"]));
     let order = later["order"].to_string();
     assert_eq!(server.nappe(&["changes", "endless", "--drop", &order]).ok().json()["dropped_count"], 1);
+    a_pin_without_a_time_goes_at_a_walk(&server);
     let refused = server.nappe(&["update", "endless", "--pin", "50=0,0,0"]);
     assert_eq!(refused.code, Some(5), "{refused:?}");
     assert!(refused.stderr.contains("50") && refused.stderr.contains("INVALID_CHANGE"), "{}", refused.stderr);
     assert_eq!(server.nappe(&["stop", "endless"]).ok().json()["state"], "finished");
+}
+
+/// It goes at 1 m/s from where it stands, which is the origin, and how long that takes is said.
+fn a_pin_without_a_time_goes_at_a_walk(server: &Server) {
+    let update = |pin: &str| server.nappe(&["update", "endless", "--pin", pin]).ok().json();
+    for (pin, seconds) in [("0=0.3,0.4,0", 0.5), ("top_left=0,0,-2", 2.0), ("sheet:0=0,1,0:0.25", 0.25)] {
+        let told = update(pin);
+        let said = told["pins"][0]["seconds"].as_f64().expect("a time");
+        assert!((said - seconds).abs() < 1e-6, "{pin}: {told}");
+        assert_eq!(told["pins"][0]["particle"], 0, "{pin}: {told}");
+    }
+    for (pin, words) in [
+        ("sheet:top_left=0,0.5,0", "; pin sheet:top_left gets there in 0.500 s"),
+        ("0=0,0,0", "; pin 0 gets there in one step"),
+    ] {
+        let told = nappe(&["update", "endless", "--pin", pin, "--server", &server.url]).ok();
+        assert!(told.stdout.trim_end().ends_with(words), "{told:?}");
+    }
 }
 
 #[test]

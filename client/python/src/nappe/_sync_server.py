@@ -121,10 +121,11 @@ class Server:
         """Makes a session, paused before its first step.
 
         `scene`: the name of a scene that the server ships, the text of a scene file, or a path to one (a text that
-        ends in `.toml`, or a `Path`), whose mesh files are uploaded. `id`: 4 to 63 of a-z, 0-9 and '-', starting with
-        a letter; the server chooses without it. `precision`: `f32` or `f64`. `thread_count`: 0 for as many as the
-        server has cores. `step_limit`: steps after which it ends by itself; 0 never. `frame_interval_steps`: steps
-        between frames. `rank_count`: ranks of a cluster that step it. What is not given is as the scene says.
+        ends in `.toml`, or a `Path`), whose mesh files are uploaded. `id`: 1 to 63 letters (a-z, A-Z), digits and '-',
+        which is not the first; the server chooses without it. `precision`: `f32` or `f64`. `thread_count`: 0 for as
+        many as the server has cores. `step_limit`: steps after which it ends by itself; 0 never.
+        `frame_interval_steps`: steps between frames. `rank_count`: ranks of a cluster that step it. What is not given
+        is as the scene says.
         """
         given = uploads.read_scene(scene)
         ids = {name: self.upload_file(path).mesh_id for name, path in given.meshes.items()}

@@ -13,9 +13,10 @@ use super::{
     simu::{ObjectKind, SimuParameters},
 };
 use crate::{
-    body::{Body, Mesh, Solver, SpringLaw, Springs},
+    body::{Body, Mesh, SpringLaw, Springs},
     error::{ErrorKind, SceneError},
     scene::Scene,
+    solver::Solver,
 };
 
 /// What the medium does.

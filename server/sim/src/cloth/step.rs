@@ -200,7 +200,7 @@ impl<R: Real> Stepping<'_, R> {
             watch.lap(Stage::Force);
         }
         let Workspace { evaluation, next, numbers, .. } = &*self.work;
-        if let Some(failure) = judge(model, next, &evaluation.diagnostics(), settings) {
+        if let Some(failure) = judge(model, [&*self.state, next], &evaluation.diagnostics(), settings) {
             return Err(failure);
         }
         accept(model, numbers, &before, &self.after(&advanced, found)).map(Some)
@@ -306,7 +306,7 @@ impl<R: Real> Stepping<'_, R> {
     /// Ends a step of the world: its report, or why its result leaves what is allowed.
     pub(crate) fn finish(&mut self, watch: &mut dyn Stopwatch) -> Result<ClothReport, StepFailure> {
         let diagnostics = self.work.evaluation.diagnostics();
-        let failure = judge(self.model, self.state, &diagnostics, self.settings);
+        let failure = judge(self.model, [self.work.before(), self.state], &diagnostics, self.settings);
         let failure = failure.or_else(|| self.judge_gain());
         watch.lap(Stage::Force);
         let Workspace { evaluation, products, report, .. } = &*self.work;

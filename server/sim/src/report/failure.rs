@@ -36,9 +36,10 @@ pub enum StepFailure {
     )]
     Collapsed { particle: u64, other: u64, value: f64, rest_length: f64 },
     #[error(
-        "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}"
+        "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}{}",
+        of_pulled(*pin)
     )]
-    Stretch { particle: u64, other: u64, value: f64, limit: f64 },
+    Stretch { particle: u64, other: u64, value: f64, limit: f64, pin: Option<u64> },
     #[error(
         "kinetic and elastic energy came to {value:.6e} J, more than the limit of {limit} J (fastest particle: {particle})"
     )]
@@ -71,7 +72,7 @@ pub enum StepFailure {
         "the surfaces at particles {} and {} cannot be kept apart within the step: they come to {gap:.4e} m (leave them more room, move pins and colliders more slowly, or reduce dt){}",
         .particles[0],
         .particles[1],
-        of_pin(*driven)
+        of_driven(*driven)
     )]
     Contact { particles: [u64; 2], gap: f64, driven: Option<u64> },
     #[error(
@@ -116,11 +117,28 @@ pub enum StepFailure {
     Interrupted,
 }
 
+/// What is said of an end of a spring that is pinned, and was moved within the step.
+fn of_pulled(pin: Option<u64>) -> String {
+    pin.map_or_else(String::new, |pin| {
+        format!(": it hangs on particle {pin}, a pin that was moved within the step (give the pin more time)")
+    })
+}
+
+/// What is said of a pin that moves where surfaces come together.
+fn of_driven(driven: Option<u64>) -> String {
+    driven.map_or_else(String::new, |pin| {
+        format!("; particle {pin} there is a pin that is moved: surfaces do not stop it, so let it go more slowly or less far")
+    })
+}
+
 impl StepFailure {
     /// The same with particles numbered over all bodies: `of_all` gives the number of one of the body's own.
     pub(crate) fn renumbered(mut self, of_all: impl Fn(u64) -> u64) -> Self {
         if let Self::Stretch { other, .. } | Self::Collapsed { other, .. } = &mut self {
             *other = of_all(*other);
+        }
+        if let Self::Stretch { pin: Some(pin), .. } = &mut self {
+            *pin = of_all(*pin);
         }
         if let Self::Contact { particles: [_, other], driven, .. } = &mut self {
             *other = of_all(*other);
@@ -215,13 +233,6 @@ impl StepFailure {
             | Self::Interrupted => None,
         }
     }
-}
-
-/// What is said of a pin that moves where surfaces come together.
-fn of_pin(driven: Option<u64>) -> String {
-    driven.map_or_else(String::new, |pin| {
-        format!("; particle {pin} there is a pin that is moved: surfaces do not stop it, so let it go more slowly or less far")
-    })
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ impl Effort {
         if class <= Self::MOST { Some(Self(class)) } else { None }
     }
 
-    /// Its number.
+    /// The number that `--effort` takes and results tell.
     pub const fn class(self) -> u8 {
         self.0
     }

@@ -8,11 +8,14 @@ use crate::{
 
 /// What share of its rest length a spring is at least whose ends do not nearly meet.
 const APART: f64 = 1e-3;
+/// Stands for no particle among numbers that ranks tell each other.
+const NO_PIN: f64 = -1.0;
 
-/// Finds what is wrong with diagnostics that leave what is allowed. Particles are the user's.
+/// Finds what is wrong with diagnostics that leave what is allowed: those of the second state, which the first one led to. Particles
+/// are the user's.
 pub(crate) fn judge<R: Real>(
     model: &Model<R>,
-    state: &State<R>,
+    [before, state]: [&State<R>; 2],
     diagnostics: &Diagnostics,
     settings: &ClothSettings,
 ) -> Option<StepFailure> {
@@ -26,7 +29,7 @@ pub(crate) fn judge<R: Real>(
     }
 
     if let Some(limit) = settings.limits.max_stretch.filter(|limit| diagnostics.max_stretch > *limit) {
-        return longest(model, state, diagnostics.max_stretch, limit);
+        return longest(model, [before, state], diagnostics.max_stretch, limit);
     }
 
     let limit = settings.limits.max_energy.filter(|limit| mechanical > *limit)?;
@@ -69,24 +72,34 @@ pub(crate) fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
     model.share.greatest(best)[1] as u64
 }
 
-/// The user's first spring of that stretch.
-fn longest<R: Real>(model: &Model<R>, state: &State<R>, stretch: f64, limit: f64) -> Option<StepFailure> {
+/// The user's first spring of that stretch, and which of its ends is a pin that moved, if one is.
+fn longest<R: Real>(
+    model: &Model<R>,
+    [before, state]: [&State<R>; 2],
+    stretch: f64,
+    limit: f64,
+) -> Option<StepFailure> {
     let at = |i: usize| state.x[i].vector().map(R::to_f64);
     let length = |i: usize, j: usize| (at(i) - at(j)).norm();
-    let mut best = [0.0; 3];
+    let is_moved = |i: usize| before.x.get(i).is_some_and(|x| x.vector().map(R::to_f64) != at(i));
+    let is_moved_pin = |i: usize| model.inv_m[i] == R::zero() && is_moved(i);
+    let mut best = [0.0, 0.0, 0.0, NO_PIN];
     for (user, i) in own_particles(model) {
         for spring in model.springs.row(i).filter(|spring| spring.rest_length > R::zero()) {
             let other = spring.other as usize;
             let ratio = length(i, other) / spring.rest_length.to_f64();
             if ratio > best[0] {
-                best = [ratio, user as f64, f64::from(model.user[other])];
+                let pin = [i, other].into_iter().find(|end| is_moved_pin(*end));
+                let pin = pin.map_or(NO_PIN, |pin| f64::from(model.user[pin]));
+                best = [ratio, user as f64, f64::from(model.user[other]), pin];
             }
         }
     }
 
-    let [ratio, particle, other] = model.share.greatest(best);
+    let [ratio, particle, other, pin] = model.share.greatest(best);
     let (particle, other) = (particle as u64, other as u64);
-    (ratio > 0.0).then_some(StepFailure::Stretch { particle, other, value: stretch, limit })
+    let pin = (pin >= 0.0).then_some(pin as u64);
+    (ratio > 0.0).then_some(StepFailure::Stretch { particle, other, value: stretch, limit, pin })
 }
 
 /// Why a step failed, from the state that it started from: where numbers left their range and the ends of a spring nearly

@@ -622,7 +622,7 @@ export const UploadMeshResponseSchema: GenMessage<UploadMeshResponse> = /*@__PUR
  */
 export type CreateSessionRequest = Message<"nappe.v1.CreateSessionRequest"> & {
   /**
-   * 4 to 63 of a-z, 0-9 and '-', starting with a letter. Empty: the server chooses.
+   * 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first. Empty: the server chooses.
    *
    * @generated from field: string session_id = 1;
    */
@@ -2906,7 +2906,7 @@ export const MakeLinkRequestSchema: GenMessage<MakeLinkRequest> = /*@__PURE__*/
   messageDesc(file_nappe_v1_simulation, 66);
 
 /**
- * A code that is good once, for a time. At most 16 are good at a time: the oldest gives way to a newer one.
+ * A code that is good once, for a time. At most 64 are good at a time: the oldest gives way to a newer one.
  *
  * @generated from message nappe.v1.MakeLinkResponse
  */
