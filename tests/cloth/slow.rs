@@ -1,4 +1,5 @@
-//! What takes long of cloth: the shipped scenes over most of what they show, and without each of their terms; contact with itself.
+//! What takes long of cloth: the shipped scenes over most of what they show, and without each of their terms; contact with itself;
+//! solids of many parts.
 //! `shipped.rs` looks at how scenes begin.
 
 mod scenes;
@@ -6,12 +7,16 @@ mod bounces;
 mod animals;
 mod surface_slow;
 mod rippled;
+mod random_unions;
+mod mannequin;
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};
 use nappe_tests::threads::with_threads;
 
 use crate::bounces::bounces_fall_by_the_square_of_their_restitution;
+use crate::mannequin::Fall;
+use crate::random_unions::{Counts, distances_are_those_of_unions};
 use crate::rippled::{a_rippled_sheet_converges, a_squeezed_sheet_buckles};
 use crate::scenes::scenes_run_keep_their_pins_and_gain_no_energy;
 
@@ -61,4 +66,21 @@ fn newtons_method_ends_in_every_step_of_a_rippled_sheet() {
 #[test]
 fn a_large_sheet_buckles_in_waves_as_long_as_itself() {
     a_squeezed_sheet_buckles(120, 0.07);
+}
+
+#[test]
+fn the_distance_from_up_to_fifty_parts_that_overlap_is_that_from_their_union() {
+    let counts = distances_are_those_of_unions(1_000, 50, 1_000);
+    let Counts { inside, outside, shared } = counts;
+    assert!(inside > 50_000 && outside > 50_000 && shared > 20_000, "{counts:?}");
+}
+
+#[test]
+#[allow(clippy::print_stdout, reason = "figures beside the limits")]
+fn a_sheet_that_covers_a_mannequin_rests_on_a_mesh_of_thirty_capsules_as_on_the_capsules() {
+    with_threads(0, || {
+        let fall = Fall { side: 48, spacing: 0.03, steps: 600 };
+        let [particle, middle] = fall.rests_on_a_mesh_as_on_capsules();
+        println!("{fall:?}: particles are {particle:e} m apart at most, and the middles {middle:e} m");
+    });
 }

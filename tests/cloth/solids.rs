@@ -11,19 +11,13 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Method, NEWTON, Random, Scene,
-    meshes::{Surface, box12, icosphere, torus, tray, turned_box12},
+    meshes::{Surface, axes, box12, capsule, icosphere, torus, tray, turned_box12},
     networks::{particles, sheet, sheet_rules},
     scene::{advance, difference, max_distance, norm, positions, velocities},
 };
 
 const GRAVITY: f64 = 9.81;
 const MARGIN: f64 = 0.005;
-
-/// Axes turned about z, and then about x (rad); right-handed, one a row.
-pub(crate) fn axes(about_z: f64, about_x: f64) -> [[f64; 3]; 3] {
-    let ([s, c], [t, d]) = ([about_z.sin(), about_z.cos()], [about_x.sin(), about_x.cos()]);
-    [[c, s * d, s * t], [-s, c * d, c * t], [0.0, -t, d]]
-}
 
 /// Surfaces of every kind.
 fn surfaces() -> Vec<(&'static str, Surface)> {
@@ -32,6 +26,7 @@ fn surfaces() -> Vec<(&'static str, Surface)> {
         ("turned box", turned_box12([0.1, 0.0, 0.2], [0.3, 0.4, 0.2], axes(0.4, -0.7))),
         ("ball", icosphere([0.1, 0.2, -0.1], 0.5, 2)),
         ("ring", torus([0.0, 0.1, 0.0], 0.4, 0.15, [24, 12])),
+        ("capsule", capsule([[-0.3, 0.1, 0.2], [0.4, -0.2, 0.1]], 0.25, [12, 4])),
         ("tray of 90 degrees", tray(90.0)),
         ("tray of 60 degrees", tray(60.0)),
         ("tray of 30 degrees", tray(30.0)),

@@ -5,86 +5,30 @@ use nappe_sim::{
     cloth::{Hessian, Integrator},
     collide::{
         Shape,
-        shape::{Cuboid, MeshSolid, Shells},
+        shape::{Cuboid, MeshSolid, Shell, Shells},
     },
 };
 use nappe_tests::{
     Method, NEWTON, Random,
-    meshes::{Surface, box12, icosphere, torus, turned_box12},
-    scene::{max_distance, norm},
+    meshes::{Surface, axes, box12, icosphere, torus, turned_box12},
+    scene::max_distance,
 };
 
-use crate::solids::{axes, falls_on};
-
-/// A box, a ball or a ring somewhere within a cube of 2 m.
-fn part(random: &mut Random) -> Surface {
-    let center = random.vector().map(|c| 0.5 * c);
-    let size = random.between(0.15, 0.5);
-    match random.whole(0, 2) {
-        0 => {
-            let half = [0, 1, 2].map(|_| random.between(0.1, 0.5));
-            turned_box12(center, half, axes(random.number(), random.number()))
-        }
-        1 => icosphere(center, size, 1),
-        _ => torus(center, size, 0.4 * size, [9, 6]),
-    }
-}
-
-/// A point anywhere, or near a corner of a surface.
-fn point_about(surface: &Surface, random: &mut Random) -> [f64; 3] {
-    let corner = surface.points[random.whole(0, surface.points.len() as u32 - 1) as usize];
-    let away = random.vector();
-    if random.chance(0.5) { away } else { [0, 1, 2].map(|c| corner[c] + 0.05 * away[c]) }
-}
+use crate::{
+    mannequin::Fall,
+    random_unions::{Counts, distances_are_those_of_unions},
+    solids::falls_on,
+};
 
 #[test]
 fn the_distance_from_parts_that_overlap_is_that_from_their_union() {
-    let mut random = Random::seeded(77);
-    let (mut inside, mut outside, mut shared) = (0, 0, 0);
-    for case in 0..60 {
-        let parts: Vec<Surface> = (0..random.whole(2, 6)).map(|_| part(&mut random)).collect();
-        let whole = Surface::joined(&parts);
-        let collider = whole.collider(0.0, 0.0);
-        let depth =
-            |p: [f64; 3]| parts.iter().map(|part| -part.distance(p)).fold(f64::NEG_INFINITY, f64::max);
-        for _ in 0..60 {
-            let p = point_about(&whole, &mut random);
-            let (distance, normal) = collider.distance(p, 0.0);
-            let deepest = depth(p);
-            assert!((norm(normal) - 1.0).abs() < 1e-12, "case {case} at {p:?}: {normal:?}");
-            if deepest.abs() < 1e-9 {
-                continue;
-            }
-            if deepest < 0.0 {
-                outside += 1;
-                assert!(
-                    (distance + deepest).abs() < 1e-12,
-                    "case {case} at {p:?}: {distance}, not {}",
-                    -deepest
-                );
-                continue;
-            }
-            inside += 1;
-            shared += usize::from(parts.iter().filter(|part| part.distance(p) < 0.0).count() > 1);
-            assert!(
-                distance <= -deepest + 1e-12,
-                "case {case} at {p:?}: {distance} in a part {deepest} deep"
-            );
-            // What is no deeper than that in the union is within it.
-            let away = random.vector();
-            let size = 0.999 * distance / norm(away);
-            let near = [0, 1, 2].map(|c| p[c] + size * away[c]);
-            assert!(depth(near) > -1e-9, "case {case} at {p:?}: {distance}, and {near:?} is outside");
-        }
-    }
-    assert!(
-        inside > 200 && outside > 500 && shared > 20,
-        "{inside} inside, {outside} outside, {shared} in several"
-    );
+    let counts = distances_are_those_of_unions(60, 6, 60);
+    let Counts { inside, outside, shared } = counts;
+    assert!(inside > 200 && outside > 500 && shared > 20, "{counts:?}");
 }
 
 /// A box cut across its first axis: at so great a share of its length begins the second part, and ends the first.
-fn in_two(center: [f64; 3], half: [f64; 3], axes: [[f64; 3]; 3], [from, to]: [f64; 2]) -> Surface {
+pub(crate) fn in_two(center: [f64; 3], half: [f64; 3], axes: [[f64; 3]; 3], [from, to]: [f64; 2]) -> Surface {
     let piece = |[low, high]: [f64; 2]| {
         let along = half[0] * (low + high);
         let center = [0, 1, 2].map(|c| center[c] + along * axes[0][c]);
@@ -129,10 +73,33 @@ fn a_box_of_two_parts_is_as_deep_as_the_box() {
     }
 }
 
+/// A surface with its turned parts turned round, and without those that are no surface of the solid.
+fn put_right(given: &Surface, shells: &Shells) -> Surface {
+    let mut put = given.clone();
+    for (corners, shell) in put.triangles.iter_mut().zip(&shells.of_triangle) {
+        if shells.list[*shell as usize].is_turned {
+            corners.swap(1, 2);
+        }
+    }
+    let mut of_triangle = shells.of_triangle.iter();
+    put.triangles.retain(|_| of_triangle.next().is_some_and(|shell| !shells.list[*shell as usize].is_inner));
+    put
+}
+
+/// How many parts are of a kind: holes, solids that are turned, holes that are turned.
+fn kinds(shells: &Shells) -> [usize; 3] {
+    let count = |is_of: fn(&Shell) -> bool| shells.list.iter().filter(|shell| is_of(shell)).count();
+    [
+        count(|shell| shell.hole_in.is_some()),
+        count(|shell| shell.hole_in.is_none() && shell.is_turned),
+        count(|shell| shell.hole_in.is_some() && shell.is_turned),
+    ]
+}
+
 #[test]
 fn parts_within_parts_are_holes_or_turned_as_winding_numbers_say() {
     let mut random = Random::seeded(79);
-    let (mut holes, mut turned) = (0, 0);
+    let mut found = [0; 3];
     for case in 0..200 {
         // Boxes within boxes, each turned by chance, beside another such heap.
         let mut parts = Vec::new();
@@ -145,19 +112,10 @@ fn parts_within_parts_are_holes_or_turned_as_winding_numbers_say() {
         let given = Surface::joined(&parts);
         let shells = Shells::new(&given.points, &given.triangles).expect("it is closed");
         assert_eq!(shells.list.len(), parts.len(), "case {case}");
-        holes += shells.list.iter().filter(|shell| shell.hole_in.is_some()).count();
-        turned += shells.list.iter().filter(|shell| shell.is_turned).count();
+        let here = kinds(&shells);
+        found = [0, 1, 2].map(|kind| found[kind] + here[kind]);
 
-        let mut put = given.clone();
-        for (corners, shell) in put.triangles.iter_mut().zip(&shells.of_triangle) {
-            if shells.list[*shell as usize].is_turned {
-                corners.swap(1, 2);
-            }
-        }
-        let mut of_triangle = shells.of_triangle.iter();
-        put.triangles
-            .retain(|_| of_triangle.next().is_some_and(|shell| !shells.list[*shell as usize].is_inner));
-        let collider = put.collider(0.0, 0.0);
+        let collider = put_right(&given, &shells).collider(0.0, 0.0);
         for x in [-1.5, 1.5] {
             for level in 0..5 {
                 let p = [x + 0.03, 0.9 - 0.2 * f64::from(level), -0.02];
@@ -167,7 +125,64 @@ fn parts_within_parts_are_holes_or_turned_as_winding_numbers_say() {
             }
         }
     }
-    assert!(holes > 50 && turned > 50, "{holes} holes, {turned} turned");
+    assert!(found.iter().all(|count| *count > 30), "holes, solids turned, holes turned: {found:?}");
+}
+
+/// A box, a ball or a ring, and by chance one of half its size within it, or half as thick; each turned inside out by chance.
+fn one_within_another(x: f64, random: &mut Random) -> Vec<Surface> {
+    let center = [x, 0.0, 0.0].map(|c| c + 0.02 * random.number());
+    let (kind, size) = (random.whole(0, 2), random.between(0.35, 0.5));
+    let half = [0; 3].map(|_| size * random.between(0.6, 1.0));
+    let axes = axes(random.number(), random.number());
+    let body = |share: f64| match kind {
+        0 => turned_box12(center, half.map(|c| share * c), axes),
+        1 => icosphere(center, share * size, 1),
+        _ => torus(center, size, 0.4 * share * size, [9, 6]),
+    };
+    let shares: &[f64] = if random.chance(0.7) { &[1.0, 0.5] } else { &[1.0] };
+    let turned =
+        |body: Surface, random: &mut Random| if random.chance(0.5) { body } else { body.inside_out() };
+    shares.iter().map(|share| turned(body(*share), random)).collect()
+}
+
+#[test]
+fn parts_that_reach_into_others_are_holes_or_turned_as_winding_numbers_say() {
+    let mut random = Random::seeded(81);
+    let mut found = [0; 3];
+    let is_in = |part: &Surface, p: [f64; 3]| part.winding(p).abs() > 0.5;
+    let turn = |part: &Surface| part.volume().signum();
+    for case in 0..200 {
+        let parts = [-0.35, 0.35].map(|x| one_within_another(x, &mut random)).concat();
+        let given = Surface::joined(&parts);
+        let shells = Shells::new(&given.points, &given.triangles).expect("it is closed");
+        assert_eq!(shells.list.len(), parts.len(), "case {case}");
+        for (number, (part, shell)) in parts.iter().zip(&shells.list).enumerate() {
+            let is_around =
+                |other: usize| other != number && part.points.iter().all(|p| is_in(&parts[other], *p));
+            let around = (0..parts.len()).filter(|other| is_around(*other));
+            let goes_round: f64 = around.map(|other| turn(&parts[other])).sum();
+            let is_hole = goes_round != 0.0 && goes_round + turn(part) == 0.0;
+            let is_turned = (turn(part) < 0.0) != is_hole;
+            let told = (shell.hole_in.is_some(), shell.is_turned);
+            assert_eq!(told, (is_hole, is_turned), "case {case}, part {number}");
+        }
+        let here = kinds(&shells);
+        found = [0, 1, 2].map(|kind| found[kind] + here[kind]);
+
+        let collider = put_right(&given, &shells).collider(0.0, 0.0);
+        let all = || (0_u32..).zip(parts.iter().zip(&shells.list));
+        for _ in 0..20 {
+            let p = random.vector().map(|c| 0.9 * c);
+            let is_in_hole_of =
+                |solid: u32| all().any(|(_, (part, it))| it.hole_in == Some(solid) && is_in(part, p));
+            let is_inside = all().any(|(solid, (part, it))| {
+                it.hole_in.is_none() && !it.is_inner && is_in(part, p) && !is_in_hole_of(solid)
+            });
+            let (distance, _) = collider.distance(p, 0.0);
+            assert_eq!(distance < 0.0, is_inside, "case {case} at {p:?}: {distance}");
+        }
+    }
+    assert!(found.iter().all(|count| *count > 20), "holes, solids turned, holes turned: {found:?}");
 }
 
 #[test]
@@ -218,4 +233,10 @@ fn ten_thousand_parts_are_one_solid() {
             "{distance}, not {expected}"
         );
     }
+}
+
+#[test]
+fn a_sheet_rests_on_a_mesh_of_thirty_capsules_as_on_the_capsules() {
+    let [_, middle] = Fall { side: 14, spacing: 0.04, steps: 200 }.rests_on_a_mesh_as_on_capsules();
+    assert!(middle < 1e-3, "the middle of the sheet is {middle:e} m from where the capsules leave it");
 }

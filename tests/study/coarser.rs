@@ -1,9 +1,12 @@
-//! Coarser copies of scenes against the fine ones: distances at common points by a program of the test's own, and what they would be
-//! of a copy that is made wrongly.
+//! Coarser copies of scenes against the fine ones: distances at common points by a program of the test's own, what they would be of a
+//! copy that is made wrongly, and what plans and charts say of copies.
 
 use nappe_scene::{CoarserGrid, NoMeshes, Scene, SceneLimits, shipped_scenes};
-use nappe_sim::{math::Precision, world::Simulation};
-use nappe_study::{Case, CommonPoints};
+use nappe_sim::{cloth::Integrator, math::Precision, world::Simulation};
+use nappe_study::{
+    Budget, Case, Coarser, CommonPoints, Plan, Request, Row, SceneTerms, Setting, Stepped, Steps, Terms,
+    add_coarser, chart, plan, run,
+};
 use nappe_tests::scene::{advance, positions};
 
 /// A sheet that hangs by its upper row and stretches under its weight: waves take 0.09 s along it.
@@ -158,4 +161,131 @@ fn other_bodies_and_other_objects_have_no_points_in_common() {
     assert_eq!(CommonPoints::of_cloth(&fine, &coarse, &[[[21, 21], [11, 12]]]), None);
     assert_eq!(CommonPoints::of_cloth(&fine, &coarse, &[]), None);
     assert_eq!(CommonPoints::of_snow(&fine, &coarse), None);
+}
+
+/// Where particles are after each step of a scene.
+fn every_step(scene: &Scene, steps: u64) -> Vec<Vec<[f64; 3]>> {
+    let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
+    let (mut simulation, _) = Simulation::new(&built.setup, scene.precision).expect("a scene");
+    let states = (0..steps).map(|_| {
+        advance(&mut simulation, 1);
+        positions(&simulation)
+    });
+    states.collect()
+}
+
+/// The largest over states of the rms distance (m) of the free particles of the copy of the sheet, 11 x 11, from those of the sheet at
+/// their places, every second of 21 x 21.
+fn farthest(coarse: &[Vec<[f64; 3]>], fine: &[Vec<[f64; 3]>]) -> f64 {
+    let rms = |(coarse, fine): (&Vec<[f64; 3]>, &Vec<[f64; 3]>)| {
+        let squares = (11..121).map(|i| squared(coarse[i], fine[2 * (i / 11) * 21 + 2 * (i % 11)]));
+        (squares.sum::<f64>() / 110.0).sqrt()
+    };
+    coarse.iter().zip(fine).map(rms).fold(0.0, f64::max)
+}
+
+/// A scene by velocity Verlet, in so many steps in one of the scene.
+fn by_verlet(scene: &Scene, parts: u32) -> Scene {
+    let mut scene = scene.clone();
+    scene.bodies[0].integrator = Integrator::VelocityVerlet;
+    scene.bodies[0].substeps = Some(parts);
+    scene
+}
+
+/// How many steps a setting makes in one of the scene.
+fn parts(stepped: &Stepped) -> u32 {
+    match stepped {
+        Stepped::Cloth(Setting { steps: Steps::Fixed(parts), .. }) => *parts,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn quarter(scene: &Scene) -> Scene {
+    scene.coarser(2).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn request(scene: &Scene, tolerance: f64) -> Request {
+    Request {
+        tolerance,
+        end: scene.steps as f64 * scene.dt,
+        scene_steps: scene.steps,
+        times: None,
+        methods: vec!["velocity_verlet".to_owned()],
+        precisions: vec![Precision::F64],
+        effort: None,
+    }
+}
+
+/// A plan of the sheet, which leaves particles out where it can.
+fn planned(fine: &Scene, tolerance: f64) -> Plan {
+    let names = |_: &Stepped| -> Vec<String> { vec!["particles: a quarter".to_owned()] };
+    let without = |stepped: &Stepped, places: &[usize]| -> Result<Case, String> {
+        let whole = by_verlet(fine, parts(stepped));
+        Ok(case(&if places.is_empty() { whole } else { quarter(&whole) }))
+    };
+    let grids = [[[21, 21], [11, 11]]];
+    let terms = SceneTerms { names: &names, without: &without, grids: &grids, wanted: Terms::LeftOut };
+    plan(&case(fine), &request(fine, tolerance), &terms, &Budget::new(None), &|_| ())
+}
+
+#[test]
+fn a_plan_that_takes_a_quarter_of_the_particles_has_the_error_that_it_says_and_runs_to_its_end() {
+    let fine = Scene::parse(HANGING, "hanging.toml").unwrap_or_else(|error| panic!("{error}"));
+    let found = planned(&fine, 0.04);
+    let stepped = found.row.as_ref().filter(|_| found.is_met).expect("a row").stepped;
+    let whole = by_verlet(&fine, parts(&stepped));
+    let of_fine = every_step(&whole, (found.chart.until() / fine.dt).round() as u64);
+    // It runs to its end.
+    let of_coarse = every_step(&quarter(&whole), fine.steps);
+    assert_eq!(found.reach.as_ref().map(|reach| reach.steps), Some(fine.steps));
+
+    let term = &found.terms[0];
+    assert!(term.is_left_out && !term.is_needed, "{term:?}");
+    let (change, own) = (term.change.expect("it ran"), farthest(&of_coarse, &of_fine));
+    assert!(own > 1e-4 && (change / own - 1.0).abs() < 1e-6, "{change:e} m, not {own:e} m");
+
+    let said = found.written().and_then(Row::error).expect("an error");
+    let truth = every_step(&by_verlet(&fine, 32), of_fine.len() as u64);
+    let error = farthest(&of_coarse, &truth);
+    assert!(said <= 0.04 && error < 1.5 * said && said < 1.5 * error, "{error:e} m, not {said:e} m");
+}
+
+#[test]
+fn a_plan_keeps_the_particles_where_fewer_move_the_answer_too_far() {
+    let fine = Scene::parse(HANGING, "hanging.toml").unwrap_or_else(|error| panic!("{error}"));
+    let found = planned(&fine, 5e-4);
+    let term = &found.terms[0];
+    assert!(found.is_met && term.is_looked_at && term.is_needed && !term.is_left_out, "{term:?}");
+    assert!(found.reduced.is_none());
+}
+
+#[test]
+fn rows_of_a_coarser_copy_are_as_far_from_the_reference_as_a_program_of_its_own_says() {
+    let fine = Scene::parse(HANGING, "hanging.toml").unwrap_or_else(|error| panic!("{error}"));
+    let coarse = quarter(&fine);
+    let copy = Coarser { points: of_cloth(&fine, &coarse), case: case(&coarse) };
+    let budget = Budget::new(None);
+    let mut found = chart(&case(&fine), &request(&fine, 1e-3), &budget, &|_| ());
+    let rows = found.rows.clone();
+    add_coarser(&mut found, &copy, &budget.until(1.0), &|_| ());
+    assert_eq!(found.rows, rows);
+
+    let reference = found.reference.as_ref().expect("a reference");
+    let points = |states: &[Vec<f64>]| -> Vec<Vec<[f64; 3]>> {
+        let of_state = |state: &Vec<f64>| -> Vec<[f64; 3]> {
+            state.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect()
+        };
+        states.iter().map(of_state).collect()
+    };
+    let rows = &found.coarser.as_ref().expect("rows of the copy").rows;
+    assert_eq!(rows.iter().filter(|row| row.own && row.error().is_some()).count(), 1, "{rows:?}");
+    let held: Vec<&Row> = rows.iter().filter(|row| !row.own && row.error().is_some()).collect();
+    assert!(held.len() >= 2, "{rows:?}");
+    for row in held {
+        let made = run(&copy.case, row.stepped, &reference.times, &budget.until(1.0));
+        let own = farthest(&points(&made.states), &points(&reference.states));
+        let told = row.error().expect("it held");
+        assert!((told / own - 1.0).abs() < 1e-9, "{told:e} m, not {own:e} m");
+        assert!(told > 1e-4 && row.centre_error.is_none(), "{row:?}");
+    }
 }

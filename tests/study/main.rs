@@ -1,12 +1,15 @@
-//! Methods compared on a scene: references and errors against golden data, windows, classes of effort, rows that nothing changes, limits of
-//! steps against theory.
+//! Methods compared on a scene: references and errors against golden data, windows, classes of effort, measures, rows that nothing
+//! changes, limits of steps against theory, bodies with a thickness.
 
 mod support;
 mod budgets;
 mod golden;
 mod window;
 mod effort;
+mod measures;
+mod claims;
 mod rows;
+mod thick;
 mod snow;
 mod plan;
 mod terms;

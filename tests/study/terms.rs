@@ -77,7 +77,7 @@ fn planned_by(scene: &Scene, tolerance: f64, method: &str, precision: Precision,
     let left = |stepped: &Stepped, places: &[usize]| -> Result<Case, String> {
         Ok(built(&without(scene, stepped, places)))
     };
-    let terms = SceneTerms { names: &names, without: &left, wanted };
+    let terms = SceneTerms { names: &names, without: &left, grids: &[], wanted };
     let request = Request {
         tolerance,
         end: scene.steps as f64 * scene.dt,
@@ -191,7 +191,7 @@ fn nothing_is_left_out_where_a_term_was_not_looked_at() {
     let left = |stepped: &Stepped, places: &[usize]| -> Result<Case, String> {
         Ok(built(&without(&whole, stepped, places)))
     };
-    let terms = SceneTerms { names: &names, without: &left, wanted: Terms::LeftOut };
+    let terms = SceneTerms { names: &names, without: &left, grids: &[], wanted: Terms::LeftOut };
     let request = Request {
         tolerance: 1e-3,
         end: STEPS as f64 * DT,
@@ -257,7 +257,7 @@ fn terms_that_are_small_alone_and_large_together_do_not_both_go() {
     };
     let names = |_: &Stepped| -> Vec<String> { kinds.map(|kind| kind.name().to_owned()).to_vec() };
     let left = |_: &Stepped, places: &[usize]| -> Result<Case, String> { Ok(undamped(places)) };
-    let terms = SceneTerms { names: &names, without: &left, wanted: Terms::Kept };
+    let terms = SceneTerms { names: &names, without: &left, grids: &[], wanted: Terms::Kept };
     let planned = |tolerance: f64| {
         let request = Request {
             tolerance,

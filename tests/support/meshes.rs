@@ -149,6 +149,12 @@ pub fn box12(center: [f64; 3], half: [f64; 3]) -> Surface {
     cells(&planes, |_| true)
 }
 
+/// Axes turned about z, and then about x (rad); right-handed, one a row.
+pub fn axes(about_z: f64, about_x: f64) -> [[f64; 3]; 3] {
+    let ([s, c], [t, d]) = ([about_z.sin(), about_z.cos()], [about_x.sin(), about_x.cos()]);
+    [[c, s * d, s * t], [-s, c * d, c * t], [0.0, -t, d]]
+}
+
 /// A box of 12 triangles whose own axes are the rows of `axes`.
 pub fn turned_box12(center: [f64; 3], half: [f64; 3], axes: [[f64; 3]; 3]) -> Surface {
     box12([0.0; 3], half)
@@ -218,6 +224,53 @@ pub fn torus(center: [f64; 3], radius: f64, tube: f64, [around, across]: [u32; 2
         }
     }
     Surface { points, triangles }
+}
+
+/// A capsule: all points within `radius` (m) of the segment from `start` to `end` (m), whose surface is `around` flat strips, each of
+/// `rings` pieces from either end of its straight part to the pole there. It lies within the capsule; [`capsule_facets`] says how deep.
+pub fn capsule([start, end]: [[f64; 3]; 2], radius: f64, [around, rings]: [u32; 2]) -> Surface {
+    let along = minus(end, start);
+    let size = length(along);
+    let axis = along.map(|c| c / size);
+    let other = if axis[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let across = cross(other, axis);
+    let first = across.map(|c| c / length(across));
+    let second = cross(axis, first);
+    // At a height (m) along the axis, so far (m) from it.
+    let place = |height: f64, out: f64, angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        [0, 1, 2].map(|c| start[c] + height * axis[c] + out * (cos * first[c] + sin * second[c]))
+    };
+
+    let mut points = vec![place(-radius, 0.0, 0.0)];
+    for ring in 0..2 * rings {
+        let (height, step) = if ring < rings { (0.0, ring + 1) } else { (size, ring) };
+        let slope = 0.25 * TAU * (f64::from(step) / f64::from(rings) - 1.0);
+        let (sin, cos) = slope.sin_cos();
+        points.extend(
+            (0..around)
+                .map(|j| place(height + radius * sin, radius * cos, TAU * f64::from(j) / f64::from(around))),
+        );
+    }
+    points.push(place(size + radius, 0.0, 0.0));
+
+    let at = |ring: u32, j: u32| 1 + ring * around + j % around;
+    let (last, pole) = (2 * rings - 1, points.len() as u32 - 1);
+    let mut triangles = Vec::new();
+    for j in 0..around {
+        triangles.extend([[0, at(0, j + 1), at(0, j)], [pole, at(last, j), at(last, j + 1)]]);
+        for ring in 0..last {
+            let [a, b, c, d] = [at(ring, j), at(ring, j + 1), at(ring + 1, j + 1), at(ring + 1, j)];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    Surface { points, triangles }
+}
+
+/// How deep (m) the facets of a [`capsule`] are at most: so much larger is its radius than that of a capsule within them.
+pub fn capsule_facets(radius: f64, [around, rings]: [u32; 2]) -> f64 {
+    let [across, along] = [0.5 * TAU / f64::from(around), 0.125 * TAU / f64::from(rings)];
+    radius * (1.0 - across.cos() * along.cos())
 }
 
 /// Half of the width (m) of a tray's floor.

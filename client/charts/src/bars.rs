@@ -44,7 +44,7 @@ pub(crate) enum Bears {
     Nothing,
     /// All that were tried, up to this (s).
     All(f64),
-    /// Time was over before it was known.
+    /// Time was over before it was known, or its steps are refused.
     Unfinished,
 }
 
@@ -65,7 +65,7 @@ impl Bar<'_> {
     /// What it bears.
     pub(crate) fn bears(&self) -> Bears {
         match self.limit {
-            Some(row) if row.verdict != Verdict::NotKnown => match row.limit {
+            Some(row) if is_known(row) => match row.limit {
                 Some(limit) if limit > 0.0 => Bears::UpTo(limit),
                 Some(_) => Bears::Nothing,
                 None => Bears::All(row.dt),
@@ -76,7 +76,9 @@ impl Bar<'_> {
 
     /// Why its limit is not known, where it is not.
     pub(crate) fn cause(&self) -> Option<String> {
-        self.limit.filter(|limit| limit.verdict == Verdict::NotKnown)?.cause.clone()
+        let limit = self.limit.filter(|limit| !is_known(limit))?;
+        // The reason stands in the table: each method has one of its own.
+        if limit.is_refused() { Some("refused".to_owned()) } else { limit.cause.clone() }
     }
 
     /// The certified bound (s), where there is one.
@@ -99,6 +101,11 @@ impl Bar<'_> {
         let marks = [self.bound(), self.theory(), self.measured()].into_iter().flatten();
         marks.chain(self.parts.iter().map(|part| part.from)).filter(|step| is_length(*step)).collect()
     }
+}
+
+/// Whether a limit was found.
+fn is_known(limit: &StabilityRow) -> bool {
+    limit.verdict != Verdict::NotKnown && !limit.is_refused()
 }
 
 fn is_length(step: f64) -> bool {
@@ -135,7 +142,7 @@ pub(crate) fn of(stability: &Stability, over: Over) -> Vec<Bar<'_>> {
             probes.sort_by(|a, b| a.0.total_cmp(&b.0));
             let limit = of_method(over);
             // Of a limit that was not found, single steps say nothing that a bar could show.
-            let is_known = limit.is_some_and(|limit| limit.verdict != Verdict::NotKnown);
+            let is_known = limit.is_some_and(is_known);
             let unknown = || vec![Part { kind: Kind::Unknown, from: 0.0, to: end }];
             bars.push(Bar {
                 name: row.method.reader_name(),

@@ -105,7 +105,7 @@ impl Canvas {
         [x, y]: [Axis; 2],
         style: &Style,
     ) -> Self {
-        let title = style.title_or(title);
+        let (title, sentence) = (style.title_or(title), style.sentence(sentence));
         let [left, right] = beside(style);
         let width = style.pixels().unwrap_or(WIDTH);
         let middle = f64::midpoint(left, width - right);

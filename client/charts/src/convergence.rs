@@ -8,7 +8,7 @@ use crate::{
     look::INK,
     picture::Picture,
     style::Style,
-    words::{length, moment, time, within},
+    words::{error_label, length, time, within},
 };
 
 /// What errors below the floor are shaded with.
@@ -24,8 +24,8 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
     let tolerance = chart.tolerance * 1e3;
     let x = Axis { label: "step (ms)", range: around(points().map(|[dt, _]| dt)), is_log: true };
     let errors = around(points().map(|[_, error]| error).chain(std::iter::once(tolerance)));
-    let y = Axis { label: "rms error (mm)", range: errors, is_log: true };
-    let title = format!("{scene}: error against step, until {}", moment(chart.until()));
+    let y = Axis { label: error_label(chart), range: errors, is_log: true };
+    let title = format!("{scene}: error against step, {}", chart.compared());
     let mut canvas = Canvas::new("convergence", title, sentence(chart), [x, y], style);
     if chart.floor * 1e3 > errors[0] {
         canvas.shade(Along::Y, [errors[0], chart.floor * 1e3], FLOOR);
@@ -98,6 +98,7 @@ fn sentence(chart: &Chart) -> String {
         )
     });
     format!(
-        "{reference}{near} Filled marks are f64, hollow ones f32; numbers are named below the data; triangles have the slopes of order 1 and 2."
+        "Runs are compared {}. {reference}{near} Filled marks are f64, hollow ones f32; numbers are named below the data; triangles have the slopes of order 1 and 2.",
+        chart.compared()
     )
 }

@@ -7,6 +7,7 @@ use nappe_study::{Chart, Row};
 
 use crate::{
     canvas::{Canvas, Fill, Stroke},
+    key::Sample,
     labels::Labels,
     look::{self, GREY, Look, NAMED, NUMBER},
     words::length,
@@ -90,9 +91,8 @@ impl Line<'_> {
         if places.is_empty() {
             return;
         }
-        let (colour, dashes) = self.look.map_or((GREY, ""), |look| (look.colour, look.dashes));
-        let number = canvas.key.number(&self.name, colour, dashes);
-        labels.number(canvas, number, &places, if self.look.is_some() { colour } else { NUMBER });
+        let number = canvas.key.number(&self.name, Sample::of(self.look));
+        labels.number(canvas, number, &places, self.look.map_or(NUMBER, |look| look.colour));
     }
 }
 

@@ -36,3 +36,19 @@ pub(crate) const INK: &str = "#333333";
 pub(crate) const fn of(number: usize) -> Look {
     LOOKS[number % NAMED]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn named_lines_are_told_apart_without_colour() {
+        for (place, one) in LOOKS.iter().enumerate() {
+            for other in &LOOKS[place + 1..] {
+                assert_ne!(one.dashes, other.dashes, "{one:?}, {other:?}");
+                assert!(one.mark != other.mark, "{one:?}, {other:?}");
+                assert_ne!(one.colour, other.colour, "{one:?}, {other:?}");
+            }
+        }
+    }
+}

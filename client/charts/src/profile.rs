@@ -4,9 +4,10 @@ use nappe_study::profile::{Line, Profile};
 
 use crate::{
     canvas::{Axis, Canvas},
+    key::Sample,
     labels::Labels,
     lines::trace,
-    look::{self, GREY, Look, NAMED, NUMBER},
+    look::{self, Look, NAMED, NUMBER},
     picture::Picture,
     style::Style,
     words::{length, listed, within},
@@ -64,8 +65,7 @@ pub(crate) fn picture(profile: &Profile, style: &Style) -> Result<Picture, Strin
         }
     }
     for (line, look) in &lines {
-        let (colour, dashes) = look.map_or((GREY, ""), |look| (look.colour, look.dashes));
-        let number = canvas.key.number(&line.name, colour, dashes);
+        let number = canvas.key.number(&line.name, Sample::of(*look));
         let places = middles(&canvas, &corners(line, end));
         labels.number(&mut canvas, number, &places, look.map_or(NUMBER, |look| look.colour));
     }
@@ -196,6 +196,7 @@ mod tests {
             is_without_caption: true,
             width: Some(85.0),
             font: Some("Libertinus".to_owned()),
+            before: None,
         };
         let picture = picture(&example(), &style).expect("a picture");
         let (head, rest) = picture.svg.split_once('>').expect("a tag");

@@ -25,12 +25,22 @@ pub struct Style {
     pub width: Option<f64>,
     /// Font of the words of the vector graphic, before those that follow it where it is not there. Pixels keep theirs.
     pub font: Option<String>,
+    /// A sentence before that of each picture of a chart or a plan.
+    pub before: Option<String>,
 }
 
 impl Style {
     /// The title of a picture that makes this one.
     pub(crate) fn title_or(&self, made: String) -> String {
         self.title.clone().unwrap_or(made)
+    }
+
+    /// The sentence of a picture that makes this one.
+    pub(crate) fn sentence(&self, made: String) -> String {
+        match &self.before {
+            Some(before) => format!("{before} {made}"),
+            None => made,
+        }
     }
 
     /// The width (px) that a picture is laid out for, where one is asked for.

@@ -1,9 +1,10 @@
 //! The predictability horizon of a scene: the spread of runs that start 1e-8 m apart, and the reference's own error.
 
-use nappe_study::{Chart, DISPLACEMENT};
+use nappe_study::{Chart, DISPLACEMENT, Measure};
 
 use crate::{
     canvas::{Along, Anchor, Axis, Canvas, Stroke},
+    key::Sample,
     labels::Labels,
     lines::around,
     look::{self, INK},
@@ -17,10 +18,12 @@ const SHADE: &str = "#DCEBF5";
 /// The smallest length that is drawn (mm): rounding is below it.
 const LEAST: f64 = 1e-10;
 
-/// Whether there is anything to be drawn: the spread of copies, or the own error of a reference of snow.
+/// Whether there is anything to be drawn: the spread of copies, or the own error of a reference of snow. What is not the motion has no
+/// predictability horizon.
 pub(crate) fn is_known(chart: &Chart) -> bool {
-    !chart.scan.spread.is_empty()
-        || chart.reference.as_ref().is_some_and(|known| known.stepped.cell().is_some())
+    let is_motion = chart.measure == Measure::Motion;
+    let has_spread = is_motion && !chart.scan.spread.is_empty();
+    has_spread || chart.reference.as_ref().is_some_and(|known| known.stepped.cell().is_some())
 }
 
 pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
@@ -66,7 +69,8 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
         let middle = points[points.len() / 2];
         let place = canvas.at(middle);
         if canvas.is_narrow() {
-            let number = canvas.key.number(name, look.colour, look.dashes);
+            let sample = Sample { mark: None, ..Sample::of(Some(look)) };
+            let number = canvas.key.number(name, sample);
             labels.number(&mut canvas, number, &[place], look.colour);
         } else {
             canvas.words(name, [place[0] - 8.0, place[1] - 8.0], Anchor::End, look.colour);

@@ -2,7 +2,7 @@
 
 /// Lengths, times and numbers are written here as the text of the command has them.
 pub(crate) use nappe_study::quantity::{length, moment, number, time};
-use nappe_study::{Method, Row, Variant, cheapest};
+use nappe_study::{Chart, Method, Row, Variant, cheapest};
 
 /// Names or clauses one after another, the last after "and".
 pub(crate) fn listed(items: &[String]) -> String {
@@ -23,6 +23,11 @@ pub(crate) fn reader(name: &str) -> String {
 /// A name of a method as it stands within a sentence, where commas part names: what specifies it is in parentheses.
 pub(crate) fn within(name: &str) -> String {
     name.split_once(", ").map_or_else(|| name.to_owned(), |(first, rest)| format!("{first} ({rest})"))
+}
+
+/// What errors of a chart are, beside an axis.
+pub(crate) const fn error_label(chart: &Chart) -> &'static str {
+    if chart.measure.is_of_positions() { "rms error (mm)" } else { "error (mm)" }
 }
 
 /// What is cheapest to a tolerance (m), as a clause.

@@ -10,7 +10,7 @@ use crate::{
     look::INK,
     picture::Picture,
     style::Style,
-    words::{cheapest_to, length, moment, time, within},
+    words::{cheapest_to, error_label, length, time, within},
 };
 
 /// What the front is drawn on.
@@ -28,7 +28,7 @@ fn point(row: &Row) -> Option<[f64; 2]> {
 }
 
 pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
-    let title = format!("{scene}: error against cost, until {}", moment(chart.until()));
+    let title = format!("{scene}: error against cost, {}", chart.compared());
     drawn(("work_precision", title, sentence(chart)), chart, None, &[], style)
 }
 
@@ -36,7 +36,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
 pub(crate) fn planned(scene: &str, plan: &Plan, style: &Style) -> Result<Picture, String> {
     let chart = &plan.chart;
     let tolerance = length(chart.tolerance);
-    let title = format!("{scene}: what is cheapest within {tolerance} until {}", moment(chart.until()));
+    let title = format!("{scene}: what is cheapest within {tolerance} {}", chart.compared());
     let row = plan.row.as_ref().filter(|_| plan.is_met);
     let answer = row.map_or_else(
         || format!("nothing is within {tolerance}"),
@@ -50,7 +50,8 @@ pub(crate) fn planned(scene: &str, plan: &Plan, style: &Style) -> Result<Picture
         },
     );
     let words = format!(
-        "Of {} runs {answer}. Steps of each line are halved until it is right or would cost more. Filled marks are f64, hollow ones f32; numbers are named below the data.",
+        "Compared {}: of {} runs {answer}. Steps of each line are halved until it is right or would cost more. Filled marks are f64, hollow ones f32; numbers are named below the data.",
+        chart.compared(),
         chart.rows.len()
     );
     let reason = |one: &Tried| Some((point(chart.rows.get(one.row?)?)?, one.dropped?.why()));
@@ -76,6 +77,7 @@ fn drawn(
     let lines = lines::of(chart);
     let mut labels = lines::draw(&mut canvas, &lines, chart, &point);
     draw_own(&mut canvas, &mut labels, chart);
+    draw_coarser(&mut canvas, &mut labels, chart);
     draw_marks(&mut canvas, &mut labels, chart, [x, y]);
     for line in lines.iter().rev() {
         let is_named = line.look.is_some() && write_ends(&mut canvas, &mut labels, line);
@@ -96,14 +98,14 @@ fn drawn(
 }
 
 fn axes(chart: &Chart, style: &Style) -> [Axis; 2] {
-    let points = || chart.rows.iter().filter_map(point);
+    let points = || chart.rows.iter().chain(coarser(chart)).filter_map(point);
     let tolerance = std::iter::once(chart.tolerance * 1e3);
     let errors = around(points().map(|[error, _]| error).chain(tolerance));
     let seconds = around(points().map(|[_, seconds]| seconds));
     // The rail of failures takes its share of the width.
     let stretch = (errors[1] / errors[0]).powf(RAIL / (data_width(style) - RAIL));
     [
-        Axis { label: "rms error (mm)", range: [errors[0], errors[1] * stretch], is_log: true },
+        Axis { label: error_label(chart), range: [errors[0], errors[1] * stretch], is_log: true },
         Axis { label: "seconds per simulated second", range: seconds, is_log: true },
     ]
 }
@@ -123,6 +125,23 @@ fn draw_own(canvas: &mut Canvas, labels: &mut Labels, chart: &Chart) {
         let place = canvas.at(own);
         labels.write(canvas, "as written", place, "#000000");
     }
+}
+
+/// Rows of a coarser copy.
+fn coarser(chart: &Chart) -> impl Iterator<Item = &Row> {
+    chart.coarser.iter().flat_map(|copy| &copy.rows)
+}
+
+/// Runs of a coarser copy, with its name beside the nearest.
+fn draw_coarser(canvas: &mut Canvas, labels: &mut Labels, chart: &Chart) {
+    let points: Vec<[f64; 2]> = coarser(chart).filter_map(point).collect();
+    let Some(nearest) = points.iter().min_by(|a, b| a[0].total_cmp(&b[0])) else { return };
+    canvas.marks(&points, MarkerShape::Plus, INK, 7.0, Fill::Full);
+    for at in &points {
+        labels.keep_off(canvas.at(*at));
+    }
+    let place = canvas.at(*nearest);
+    labels.write(canvas, "coarser copy", place, INK);
 }
 
 /// The tolerance and real time, and what the floor is.
@@ -195,8 +214,12 @@ fn sentence(chart: &Chart) -> String {
     });
     let below = chart.rows.iter().filter(|row| row.at_most.is_some()).count();
     let below = if below > 0 { " Marks with an arrow are at most as far off as they say." } else { "" };
+    let copy = chart.coarser.as_ref().map_or_else(String::new, |copy| {
+        format!(" Plus signs are the copy {}, compared at the points in common.", copy.name)
+    });
     format!(
-        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods; numbers are named below the data.{floor}{below}",
+        "Compared {}: of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods; numbers are named below the data.{floor}{below}{copy}",
+        chart.compared(),
         chart.rows.len(),
         cheapest_to(&chart.rows, chart.tolerance)
     )

@@ -5,7 +5,7 @@
 
 use std::{
     fs::File,
-    io::{self, Read as _},
+    io::{self, BufRead as _, BufReader, Read},
     path::Path,
 };
 
@@ -13,7 +13,9 @@ use nappe_client::{Precision, v1};
 use nappe_scene::printable;
 
 /// Bytes of the header of a frame, at most.
-const HEADER_BYTES: u64 = 1 << 17;
+const HEADER_BYTES: u64 = 1 << 25;
+/// Its last line.
+const HEADER_END: &[u8] = b"end_header\n";
 /// Numbers in a line.
 const PER_LINE: usize = 8;
 
@@ -54,9 +56,7 @@ impl FrameNotes {
     /// # Errors
     /// Those of the system.
     pub(crate) fn of_file(path: &Path) -> io::Result<Self> {
-        let mut bytes = Vec::new();
-        File::open(path)?.take(HEADER_BYTES).read_to_end(&mut bytes)?;
-        Ok(Self::read(&bytes))
+        Ok(Self::read(&header_of(File::open(path)?)?))
     }
 
     /// Reads the header at the start of these bytes.
@@ -115,6 +115,18 @@ impl FrameNotes {
     }
 }
 
+/// The bytes of a file as far as its header goes.
+fn header_of(source: impl Read) -> io::Result<Vec<u8>> {
+    let mut source = BufReader::new(source.take(HEADER_BYTES));
+    let mut bytes = Vec::new();
+    while source.read_until(b'\n', &mut bytes)? > 0 {
+        if bytes.ends_with(HEADER_END) {
+            break;
+        }
+    }
+    Ok(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -156,6 +168,18 @@ mod tests {
         assert_eq!(FrameNotes::read(&header(&comments(None, Some(&carried)))).step, Some(7));
         let notes = FrameNotes::read(b"\x1f\x8b\x08\n\n");
         assert_eq!(notes, FrameNotes::default());
+    }
+
+    #[test]
+    fn a_long_header_is_read_to_its_end_and_no_further() {
+        let numbers = (3..40_000).map(|number| 1.0 / f64::from(number)).collect();
+        let carried = v1::Carried { numbers, missing: Vec::new() };
+        let bytes = header(&comments(None, Some(&carried)));
+        let read = header_of(&bytes[..]).expect("bytes are read");
+        assert!(read.len() > 1 << 18 && read.ends_with(HEADER_END), "{} bytes", read.len());
+        assert_eq!(FrameNotes::read(&read).carried, Some(carried));
+        let cut = header_of(&bytes[..1000]).expect("bytes are read");
+        assert!(FrameNotes::read(&cut).properties.is_empty());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use nappe_scene::{
     mesh::{EtiOptions, Loaded},
 };
 use nappe_sim::{
+    collide::shape::SelfCrossings,
     math::{
         array::{length, minus},
         four_digits,
@@ -49,6 +50,8 @@ pub(crate) struct Info {
     holes: usize,
     turned: Vec<u32>,
     overlaps: Option<Overlaps>,
+    /// How often parts pass through themselves; none where the mesh encloses no volume.
+    crossings: Option<PartCrossings>,
     /// Volume (m³) of the union of its parts; none where the mesh encloses none.
     volume: Option<f64>,
     warnings: Vec<String>,
@@ -76,6 +79,38 @@ impl From<PartOverlaps> for Overlaps {
     }
 }
 
+/// How often parts of a mesh pass through themselves. Names stay.
+#[derive(Debug, Serialize)]
+pub(crate) struct PartCrossings {
+    /// Pairs of an edge and a triangle of the same part.
+    count: u64,
+    /// Whether too many triangles are near each other to look at all of them.
+    cut_off: bool,
+    /// The first two triangles, of which an edge of one crosses the other, and the place (m); null where the count is 0.
+    triangles: Option<[u32; 2]>,
+    place: Option<[f64; 3]>,
+}
+
+impl From<SelfCrossings> for PartCrossings {
+    fn from(SelfCrossings { count, first, is_cut_off }: SelfCrossings) -> Self {
+        let (triangles, place) = (first.map(|first| first.triangles), first.map(|first| first.place));
+        Self { count, cut_off: is_cut_off, triangles, place }
+    }
+}
+
+impl PartCrossings {
+    /// How many there are, in digits; more where not all triangles were looked at.
+    pub(crate) fn counted(&self) -> String {
+        let count = output::count(self.count);
+        if self.cut_off { format!("{count} or more") } else { count }
+    }
+}
+
+/// How other programs make one surface of a mesh that passes through itself.
+const REPAIR: &str = "programs that make one surface of it: Blender (modifier Boolean with the Exact solver and an empty \
+    collection, or Remesh by voxels), MeshLab (Uniform Mesh Resampling); of several parts, none of which passes through itself, \
+    also manifold3d in Python (the union of all)";
+
 /// Describes the mesh in a file.
 ///
 /// # Errors
@@ -96,8 +131,13 @@ pub(crate) fn describe(path: &Path) -> Result<Info> {
     }
 
     // One that is not closed has parts too, of which nothing else is known.
-    let parts = if survey.parts > 1 { MeshParts::new(mesh).ok() } else { None };
-    let enclosed = parts.as_ref().map_or_else(|| enclosed_volume(mesh), |parts| Ok(parts.volume));
+    let enclosed = enclosed_volume(mesh);
+    let parts = if survey.parts > 1 || enclosed.is_ok() { MeshParts::new(mesh).ok() } else { None };
+    let enclosed = parts.as_ref().map_or(enclosed, |parts| Ok(parts.volume));
+    if let Some(told) = parts.as_ref().and_then(MeshParts::told_of_crossings) {
+        warnings.push(format!("{told}; {REPAIR}"));
+    }
+    let crossings = parts.as_ref().map(|parts| PartCrossings::from(parts.crossings));
     let MeshParts { holes, turned, overlaps, .. } = parts.unwrap_or_default();
     let (volume, no_volume) = match enclosed {
         Ok(volume) => (Some(volume), String::new()),
@@ -129,6 +169,7 @@ pub(crate) fn describe(path: &Path) -> Result<Info> {
         holes,
         turned,
         overlaps: overlaps.map(Overlaps::from),
+        crossings,
         volume,
         warnings: of_file(path, warnings),
         no_volume,
@@ -201,6 +242,20 @@ fn of_parts(info: &Info) -> String {
     told.join("; ")
 }
 
+/// How often parts pass through themselves, and where they do first.
+fn of_crossings(info: &Info) -> String {
+    match &info.crossings {
+        None => "not counted: the mesh encloses no volume".to_owned(),
+        Some(crossings) => match (crossings.triangles, crossings.place) {
+            (Some([a, b]), Some(place)) => {
+                let place = place.map(four_digits).join(", ");
+                format!("{}, the first: triangles {a} and {b} at ({place}) m", crossings.counted())
+            }
+            _ => crossings.counted(),
+        },
+    }
+}
+
 /// The description as a table.
 pub(crate) fn table(info: &Info) -> String {
     let count = |count: usize| output::count(count as u64);
@@ -236,6 +291,7 @@ pub(crate) fn table(info: &Info) -> String {
         ("open edges", open_edges),
         ("T-junctions", t_junctions),
         ("parts", of_parts(info)),
+        ("crossings", of_crossings(info)),
         ("volume", volume),
         ("masses", masses),
         ("texture", format!("{} coordinates", info.texture_coordinates)),

@@ -3,6 +3,7 @@
 // Enters: an address and a token. Leaves: answers of the contract.
 
 import { create, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
+import { beginFault, readBegun, sendBegun } from './begun.ts';
 import { checkSignal, text, type Whole } from './checks.ts';
 import { broken } from './errors.ts';
 import {
@@ -115,8 +116,16 @@ export class Client {
 
   /** Makes a session, paused before its first step. */
   async create(options: CreateOptions, signal?: AbortSignal): Promise<Created> {
-    const answer = await this.#call(METHODS.createSession, createRequest(options), signal, CREATE_SECONDS);
-    return Object.assign(present(answer), { warnings: answer.warnings });
+    checkSignal(signal);
+    const request = createRequest(options);
+    const begun = options.begin === undefined ? null : readBegun(options.begin);
+    if (begun !== null) request.begin = await sendBegun(this.#target, begun, signal);
+    const answer = await this.#call(METHODS.createSession, request, signal, CREATE_SECONDS);
+    const made = Object.assign(present(answer), { warnings: answer.warnings });
+    const fault = begun === null ? null : beginFault(begun, made);
+    if (fault === null) return made;
+    await this.delete(made, signal);
+    throw fault;
   }
 
   /** Steps on, at so many simulated seconds per second of wall clock; 0: as fast as possible. */

@@ -5,7 +5,7 @@
 
 import { Joining, Pool, type Numbers } from './arrays.ts';
 import { broken } from './errors.ts';
-import { Field, type Diagnostics, type Frame as Wire } from './gen/nappe/v1/frame_pb.ts';
+import { Field, type Carried, type Diagnostics, type Frame as Wire } from './gen/nappe/v1/frame_pb.ts';
 import type { StateChange } from './gen/nappe/v1/simulation_pb.ts';
 import { type Pose, readPoses } from './poses.ts';
 import { place, type Topology } from './topology.ts';
@@ -44,6 +44,8 @@ export interface LiveFrame {
    * time 0, and is not turned.
    */
   readonly poses: readonly Pose[];
+  /** What further steps depend on beside the arrays, for a session that begins at the frame; null in frames without velocities. */
+  readonly carried: Carried | null;
   /** x y z of each particle (m). */
   readonly positions: Numbers;
   /** The arrays that were asked for: velocities have three numbers per particle (m/s), the others one. */
@@ -126,7 +128,7 @@ export class FrameJoiner {
     let held = whole.map(([, array]) => array);
     return writable({
       frame: wire.frame, step: wire.step, time: wire.timeSeconds, stateHash: wire.stateHash ?? null, dropped: wire.droppedCount,
-      session, diagnostics: wire.diagnostics === undefined ? null : writable(wire.diagnostics), topology, poses, positions: whole[0][1], fields: Object.fromEntries(whole.slice(1)), bytes,
+      session, diagnostics: wire.diagnostics === undefined ? null : writable(wire.diagnostics), topology, poses, carried: wire.carried ?? null, positions: whole[0][1], fields: Object.fromEntries(whole.slice(1)), bytes,
       release: () => {
         for (const array of held) this.#pool.give(array);
         held = [];

@@ -15,7 +15,7 @@ export type { Pose } from './poses.ts';
 export type { ConnectOptions } from './target.ts';
 export type { MeshFile, MeshFormat, Uploaded } from './uploads.ts';
 export type { Body, Topology } from './topology.ts';
-export type { ColliderShape, Diagnostics, MeshShape, Vector3 } from './gen/nappe/v1/frame_pb.ts';
+export type { Carried, ColliderShape, Diagnostics, MeshShape, Vector3 } from './gen/nappe/v1/frame_pb.ts';
 export {
   ChangeKind, SessionState, type Failure, type GetServerInfoResponse, type Limits, type MakeLinkResponse, type Parameters, type Progress, type Session,
   type SessionEnd, type StateChange, type UpdateParametersResponse,

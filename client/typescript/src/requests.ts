@@ -5,6 +5,7 @@
 import { create, type DescMessage, type MessageInitShape, type MessageShape } from '@bufbuild/protobuf';
 import { fieldNames, filled, flag, OPTIONS, real, record, text, whole, word, wrong, type Given, type Whole } from './checks.ts';
 import { refused } from './errors.ts';
+import type { LiveFrame } from './frame.ts';
 import {
   ChangesSchema, CreateSessionRequestSchema, ForkSessionRequestSchema, PauseSessionRequestSchema, PlaySessionRequestSchema, Precision,
   StepSessionRequestSchema, UpdateParametersRequestSchema,
@@ -34,6 +35,11 @@ export interface CreateOptions {
   frameIntervalSteps?: Whole;
   /** Ranks of a cluster that step the session together. */
   rankCount?: Whole;
+  /**
+   * A frame of this scene, with velocities and not yet released, at which the session begins, with its step and its time: the session
+   * goes on as the one that the frame is of, to the bit. A frame in another precision is refused, and so are scenes with snow.
+   */
+  begin?: LiveFrame;
 }
 
 /** Changes of parameters, as the contract's `Changes` has them; what is absent stays as it is. */
@@ -88,11 +94,11 @@ export function named(session: SessionRef): { sessionId: string; sessionUid: str
   throw wrong(session, 'session', 'the id of a session, or a Session, which has its sessionId and its uid');
 }
 
-const CREATE = ['scene', 'sceneText', 'sessionId', 'precision', 'threadCount', 'stepLimit', 'frameIntervalSteps', 'rankCount'];
+const CREATE = ['scene', 'sceneText', 'sessionId', 'precision', 'threadCount', 'stepLimit', 'frameIntervalSteps', 'rankCount', 'begin'];
 
-/** A request for a new session; its id makes a repeated one return the session of the first. */
+/** A request for a new session, without the frame that it begins at; its id makes a repeated one return the session of the first. */
 export function createRequest(options: CreateOptions): MessageShape<typeof CreateSessionRequestSchema> {
-  const { scene, sceneText, precision, ...rest } = record(options, OPTIONS, CREATE);
+  const { scene, sceneText, precision, begin, ...rest } = record(options, OPTIONS, CREATE);
   if ((scene === undefined) === (sceneText === undefined)) {
     throw refused('a session has the name of a scene, or its text, and not both: give scene or sceneText', 'scene');
   }

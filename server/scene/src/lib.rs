@@ -43,7 +43,7 @@ pub use coarser::{CoarserGrid, CoarserScene, coarser};
 pub use collider::{ColliderMesh, ColliderText, ShapeText};
 pub use edit::EditError;
 pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
-pub use keys::page as reference_page;
+pub use keys::{page as reference_page, unit};
 pub use mesh::enclosed_volume;
 pub use parts::{MeshParts, PartOverlaps};
 pub use printable::{is_printable, printable, printable_json};

@@ -1,6 +1,11 @@
-//! The parts of a closed mesh in numbers and in words: how many they are, which are holes, which were turned round, what overlaps.
+//! The parts of a closed mesh in numbers and in words: how many they are, which are holes, which were turned round, what overlaps,
+//! and what passes through itself.
 
-use nappe_sim::{math::four_digits, mesh::TriangleMesh};
+use nappe_sim::{
+    collide::shape::{FirstCrossing, SelfCrossings},
+    math::four_digits,
+    mesh::TriangleMesh,
+};
 
 use crate::{
     fill::{Solid, shared_by_parts},
@@ -20,7 +25,9 @@ pub struct MeshParts {
     pub overlaps: Option<PartOverlaps>,
     /// Whether there were too many parts near each other to look at all of them.
     pub is_cut_off: bool,
-    /// Volume (m³) of the union.
+    /// How often parts pass through themselves, with triangles as the file numbers them.
+    pub crossings: SelfCrossings,
+    /// Volume (m³) of the union; of a part that passes through itself what it goes round twice counts twice.
     pub volume: f64,
 }
 
@@ -41,14 +48,19 @@ impl MeshParts {
     /// # Errors
     /// Why it encloses no solid, in words that go on after "the mesh".
     pub fn new(mesh: &TriangleMesh) -> Result<Self, String> {
-        mend(mesh, Holes::Refused).map(|mended| Self::of(&mended)).map_err(|error| error.to_string())
+        let mended = mend(mesh, Holes::Refused).map_err(|error| error.to_string())?;
+        let crossings = SelfCrossings::new(&mended.surface.points, &mended.surface.triangles)?;
+        Ok(Self::of(&mended, crossings))
     }
 
-    /// Of a mesh that was put in order.
-    pub(crate) fn of(mended: &Mended) -> Self {
-        let Mended { closed, hollows, turned, .. } = mended;
+    /// Of a mesh that was put in order, whose surface passes through itself so often.
+    pub(crate) fn of(mended: &Mended, mut crossings: SelfCrossings) -> Self {
+        let Mended { closed, numbers, hollows, turned, .. } = mended;
+        if let Some(first) = &mut crossings.first {
+            first.triangles = first.triangles.map(|t| numbers[t as usize]);
+        }
         let (count, holes, volume) = (closed.parts.len(), *hollows, closed.volume);
-        let parts = Self { count, holes, turned: turned.clone(), volume, ..Self::default() };
+        let parts = Self { count, holes, turned: turned.clone(), crossings, volume, ..Self::default() };
         if count - holes < 2 {
             return parts;
         }
@@ -90,6 +102,29 @@ impl MeshParts {
         if self.is_cut_off {
             told.push("too many parts are near each other to see whether all of them overlap".to_owned());
         }
+        told.extend(self.told_of_crossings());
         told
+    }
+
+    /// What is told of parts that pass through themselves.
+    pub fn told_of_crossings(&self) -> Option<String> {
+        let SelfCrossings { count, first, is_cut_off } = self.crossings;
+        let Some(FirstCrossing { triangles: [a, b], place }) = first else {
+            return is_cut_off.then(|| {
+                "too many triangles are near each other to see whether a part passes through itself"
+                    .to_owned()
+            });
+        };
+        let times = match (count, is_cut_off) {
+            (1, false) => "an edge crosses a triangle of the same part:".to_owned(),
+            (_, false) => {
+                format!("{count} times an edge crosses a triangle of the same part, first those of")
+            }
+            (_, true) => {
+                format!("at least {count} times an edge crosses a triangle of the same part, one is that of")
+            }
+        };
+        let place = place.map(four_digits).join(", ");
+        Some(format!("{times} triangles {a} and {b} at ({place}) m: inside is what the part goes round"))
     }
 }

@@ -314,6 +314,7 @@ fn errors_of_ply_are_named() {
                 .replace("vertex 1\n", "vertex 4000000000\nproperty float z\n"),
             "a.ply:6: ends within its header; allowed: a line end_header",
         ),
+        ("ply\nformat ascii 1.0\ncom", "a.ply:3: ends within its header; allowed: a line end_header"),
     ] {
         let found = read_ply(text.as_bytes(), "a.ply").unwrap_err().to_string();
         assert!(found.starts_with(wanted), "\nwanted {wanted}\nfound  {found}");

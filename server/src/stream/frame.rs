@@ -179,9 +179,10 @@ impl EncodedFrame {
             };
             Some(field_data(field, 0, data))
         };
+        let carried = self.carried.as_deref().filter(|_| fields.has_velocities()).cloned();
         let fields = fields.fields().filter_map(whole).collect();
         let diagnostics = Some(self.head.diagnostics.clone());
-        v1::Frame { diagnostics, poses: self.head.poses.clone(), ..self.message(fields) }
+        v1::Frame { diagnostics, poses: self.head.poses.clone(), carried, ..self.message(fields) }
     }
 
     /// A message of the frame, without what its first piece alone has.

@@ -22,8 +22,11 @@ mod plan;
 mod stability;
 pub mod gallery;
 
-pub use case::{Case, CommonPoints, NothingToStudy, Times, TimesError};
-pub use chart::{Chart, Dropped, Limit, Request, Row, chart, cheapest, line_names, profile};
+pub use case::{Case, CommonPoints, Measure, NoMeasure, NothingToStudy, Times, TimesError};
+pub use chart::{
+    Chart, Coarser, CoarserRows, Dropped, Limit, Request, Row, add_coarser, chart, cheapest, line_names,
+    profile,
+};
 pub use method::{
     CHILDREN, Method, NEWTON, Setting, SnowSetting, SnowSteps, Stepped, Steps, Variant, parents, split,
 };

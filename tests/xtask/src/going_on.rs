@@ -1,19 +1,24 @@
-//! Runs of all shipped scenes by the command that was built, which go on from their saved frames: cloth to the bits of the run that
-//! was never cut, in both precisions; snow is refused by name.
+//! Runs of all shipped scenes and of scenes with everything timed by the command that was built, which go on from their saved frames:
+//! cloth to the bits of the run that was never cut, in both precisions; snow is refused by name.
 
 use std::{
-    fs,
+    collections::BTreeSet,
+    fs, io,
     path::{Path, PathBuf},
     process::{Command, Output},
 };
 
 use crate::{
-    drill::hash,
+    drill::{Random, hash},
     shell::{Failure, Shell},
+    timed::SCENES,
 };
 
-/// The precisions, and where a run in each is cut, in sevenths of it.
-const CUTS: [(&str, [usize; 2]); 2] = [("f32", [2, 5]), ("f64", [3, 6])];
+/// The precisions in which each scene is run.
+const PRECISIONS: [&str; 2] = ["f32", "f64"];
+/// At how many frames a run is cut, and what they are drawn with.
+const CUT_COUNT: usize = 3;
+const SEED: u64 = 20_261_129;
 /// The last line of the header of a frame.
 const HEADER_END: &[u8] = b"end_header\n";
 
@@ -25,6 +30,24 @@ pub(crate) fn run(shell: &mut Shell) -> Result<(), Failure> {
         let place = Place { program: shell.target().join("release/nappe"), folder };
         place.all(&shell.root().join("server/scenes"))
     })
+}
+
+/// What a folder holds, in the order of names.
+fn sorted(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut paths: Vec<PathBuf> =
+        fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<_>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// Frames at which a run with so many is cut: neither the first, which is the start, nor the last, after which nothing comes.
+fn cuts(frames: usize, random: &mut Random) -> BTreeSet<usize> {
+    let inner = frames.saturating_sub(2);
+    let mut cuts = BTreeSet::new();
+    while cuts.len() < CUT_COUNT.min(inner) {
+        cuts.insert(1 + random.below(inner));
+    }
+    cuts
 }
 
 fn failure(path: &Path, error: &dyn std::fmt::Display) -> Failure {
@@ -40,19 +63,28 @@ struct Place {
 impl Place {
     fn all(&self, scenes: &Path) -> Result<(), Failure> {
         let (mut cloth, mut snow) = (0, 0);
-        for entry in fs::read_dir(scenes).map_err(|error| failure(scenes, &error))? {
-            let path = entry.map_err(|error| failure(scenes, &error))?.path();
+        let mut random = Random::new(SEED);
+        for path in sorted(scenes).map_err(|error| failure(scenes, &error))? {
             let scene = fs::read_to_string(&path).map_err(|error| failure(&path, &error))?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             if scene.contains("\n[snow]") {
                 self.refuses(&name)?;
                 snow += 1;
             } else {
-                self.goes_on(&name)?;
+                self.goes_on(&name, &mut random)?;
                 cloth += 1;
             }
         }
-        println!("{cloth} scenes of cloth go on from their frames, {snow} of snow are refused");
+        for scene in &SCENES {
+            let name = format!("{}.toml", scene.name);
+            let path = self.folder.join(&name);
+            fs::write(&path, scene.text()).map_err(|error| failure(&path, &error))?;
+            self.goes_on(&name, &mut random)?;
+        }
+        let timed = SCENES.len();
+        println!(
+            "{cloth} shipped scenes and {timed} timed ones go on from their frames, {snow} of snow are refused"
+        );
         if cloth == 0 || snow == 0 {
             return Err(failure(scenes, &"scenes of cloth and of snow are needed"));
         }
@@ -60,14 +92,17 @@ impl Place {
     }
 
     /// Has a scene of cloth go on from frames of its run.
-    fn goes_on(&self, scene: &str) -> Result<(), Failure> {
-        for (precision, sevenths) in CUTS {
+    fn goes_on(&self, scene: &str, random: &mut Random) -> Result<(), Failure> {
+        for precision in PRECISIONS {
             let options =
                 ["run", scene, "--quiet", "--json", "--fields", "velocity", "--precision", precision];
             let end = self.succeeds(&[&options[..], &["--save", "whole"]].concat())?;
             let whole = self.frames("whole")?;
-            for part in sevenths {
-                let at = whole.len() * part / 7;
+            let cuts = cuts(whole.len(), random);
+            if cuts.len() < CUT_COUNT {
+                return Err(Failure(format!("{}: {} frames are too few", options.join(" "), whole.len())));
+            }
+            for at in cuts {
                 let start = format!("whole/frame-{at:06}.ply");
                 let rest = self.succeeds(&[&options[..], &["--save", "rest", "--start", &start]].concat())?;
                 let fails = |how: &str| Failure(format!("{}, cut at {start}: {how}", options.join(" ")));
@@ -148,4 +183,14 @@ impl Drop for Place {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn cuts_are_within_the_run_and_as_many_as_it_has_room_for() {
+    let mut random = Random::new(SEED);
+    for (frames, count) in [(0, 0), (2, 0), (3, 1), (5, 3), (400, 3)] {
+        let cuts = cuts(frames, &mut random);
+        assert_eq!(cuts.len(), count, "{frames}");
+        assert!(cuts.iter().all(|at| (1..frames - 1).contains(at)), "{cuts:?} of {frames}");
+    }
 }

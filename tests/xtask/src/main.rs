@@ -33,6 +33,7 @@ mod ci;
 mod bless;
 mod additions;
 mod drill;
+mod timed;
 mod going_on;
 mod ways;
 mod install;

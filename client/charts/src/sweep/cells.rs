@@ -11,7 +11,7 @@ use crate::{
     hatch,
     look::INK,
     picture::Picture,
-    scale::Scale,
+    scale::{Scale, Spacing},
     sheet::Sheet,
     style::Style,
     verdicts,
@@ -31,7 +31,7 @@ const MARK: f64 = 5.0;
 const EMPTY: &str = "#EBEBEB";
 
 /// What a sweep shows that has two keys, across and upwards.
-pub(super) fn picture(sweep: &Sweep, [across, upwards]: [&str; 2]) -> Result<Picture, String> {
+pub(super) fn picture(sweep: &Sweep) -> Result<Picture, String> {
     let (x_values, y_values) = (Values::of(sweep, 0), Values::of(sweep, 1));
     // Samples have a place each; combinations fill the cells of a table.
     let is_table = x_values.count() * y_values.count() <= 2 * sweep.count;
@@ -57,9 +57,9 @@ pub(super) fn picture(sweep: &Sweep, [across, upwards]: [&str; 2]) -> Result<Pic
     };
     draw_runs(&mut sheet, sweep, &rooms);
     sheet.outline([left, right, above, below], "black");
-    axes::below(&mut sheet, x_values.ticks(&x), [left, right], below, across);
+    axes::below(&mut sheet, x_values.ticks(&x), [left, right], below, &sweep.label(0));
     axes::left(&mut sheet, y_ticks, left);
-    sheet.label_upwards(upwards, [18.0, f64::midpoint(above, below)]);
+    sheet.label_upwards(&sweep.label(1), [18.0, f64::midpoint(above, below)]);
     sheet.finish("sweep", &title, sweep.sentence(0), &Style::default())
 }
 
@@ -93,11 +93,12 @@ fn marks(sweep: &Sweep, [(x_values, x), (y_values, y)]: [(&Values, Scale); 2]) -
 
 /// Fills the rooms of runs with the colours of the first quantity.
 fn draw_runs(sheet: &mut Sheet, sweep: &Sweep, rooms: &[Option<[f64; 4]>]) {
-    let [low, high] = sweep.ends(0).unwrap_or_default();
+    let spacing = sweep.spacing(0);
+    let [low, high] = sweep.ends(0).unwrap_or_default().map(|end| spacing.coordinate(end));
     for (run, room) in sweep.runs.iter().zip(rooms) {
         let Some(room @ [left, right, above, below]) = *room else { continue };
         if let Some(quantity) = run.quantity(0) {
-            let share = if high > low { (quantity - low) / (high - low) } else { 0.5 };
+            let share = if high > low { (spacing.coordinate(quantity) - low) / (high - low) } else { 0.5 };
             sheet.rectangle(room, &verdicts::colour(share));
         } else {
             sheet.rectangle(room, EMPTY);
@@ -112,7 +113,8 @@ fn draw_runs(sheet: &mut Sheet, sweep: &Sweep, rooms: &[Option<[f64; 4]>]) {
 fn draw_colours(sheet: &mut Sheet, sweep: &Sweep, [left, y]: [f64; 2]) {
     let name = sweep.quantities.first().map_or("", String::as_str);
     let Some([low, high]) = sweep.ends(0) else { return };
-    let before = format!("{name}: {}", short(low));
+    let how = if sweep.spacing(0) == Spacing::Log { ", by logarithms" } else { "" };
+    let before = format!("{name}{how}: {}", short(low));
     sheet.words(&before, [left, y], Anchor::Start, INK);
     let from = left + width(&before) + 8.0;
     verdicts::draw_colours(sheet, [from, y]);

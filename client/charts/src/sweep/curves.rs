@@ -10,7 +10,7 @@ use crate::{
     hatch,
     look::{self, INK},
     picture::Picture,
-    scale::{Scale, Spacing},
+    scale::Scale,
     sheet::Sheet,
     style::Style,
 };
@@ -47,7 +47,7 @@ pub(super) fn picture(sweep: &Sweep, key: &str) -> Result<Picture, String> {
         sheet.words(name, [LEFT, above - 7.0], Anchor::Start, INK);
         draw_panel(&mut sheet, sweep, place, (&values, x), above);
     }
-    axes::below(&mut sheet, values.ticks(&x), x.places, bottom, key);
+    axes::below(&mut sheet, values.ticks(&x), x.places, bottom, &sweep.label(0));
     let mut sentence = sweep.sentence(0);
     if sweep.quantities.len() > drawn {
         let all = sweep.quantities.len();
@@ -60,7 +60,9 @@ pub(super) fn picture(sweep: &Sweep, key: &str) -> Result<Picture, String> {
 fn draw_panel(sheet: &mut Sheet, sweep: &Sweep, place: usize, (values, x): (&Values, Scale), above: f64) {
     let below = above + HEIGHT;
     let look = look::of(place);
-    let y = scale(Spacing::Even, sweep.ends(place).unwrap_or_default(), [below - 2.0 * EDGE, above]);
+    let spacing = sweep.spacing(place);
+    let ends = sweep.ends(place).unwrap_or_default().map(|end| spacing.coordinate(end));
+    let y = scale(spacing, ends, [below - 2.0 * EDGE, above]);
     let mut points: Vec<(f64, Option<f64>)> = Vec::new();
     for run in &sweep.runs {
         if let Some(number) = values.number(run.value(0)) {

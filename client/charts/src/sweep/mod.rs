@@ -11,7 +11,7 @@ use crate::picture::Picture;
 pub(crate) fn picture(sweep: &Sweep) -> Result<Picture, String> {
     match sweep.keys.as_slice() {
         [key] => curves::picture(sweep, key),
-        [across, upwards] => cells::picture(sweep, [across, upwards]),
+        [_, _] => cells::picture(sweep),
         keys => Err(format!("a sweep over {} keys has no picture: one key or two can be drawn", keys.len())),
     }
 }
@@ -29,6 +29,7 @@ mod tests {
         Sweep {
             scene: "flag".to_owned(),
             keys: keys.iter().map(|key| (*key).to_owned()).collect(),
+            units: keys.iter().map(|key| if *key == "drag" { "N s/m" } else { "" }.to_owned()).collect(),
             quantities: vec!["sum".to_owned(), "max_stretch".to_owned()],
             runs: values.iter().enumerate().map(run).collect(),
             count: values.len(),
@@ -60,6 +61,38 @@ mod tests {
                 assert!(picture.svg.contains(words), "{words}: {values:?}");
             }
             assert!(!picture.svg.contains("NaN"), "{values:?}");
+        }
+    }
+
+    #[test]
+    fn an_axis_has_the_unit_of_its_key_and_one_without_a_unit_has_its_name_alone() {
+        let one = picture(&sweep(&["drag"], &[&["1"], &["5"]])).expect("a picture");
+        assert!(one.svg.contains(">drag (N s/m)<"), "{}", one.svg);
+        let values: [&[&str]; 4] = [&["1", "1"], &["1", "2"], &["2", "1"], &["2", "2"]];
+        let two = picture(&sweep(&["drag", "sweeps"], &values)).expect("a picture");
+        assert!(two.svg.contains(">drag (N s/m)<") && two.svg.contains(">sweeps<"), "{}", two.svg);
+    }
+
+    #[test]
+    fn a_quantity_that_spans_two_decades_is_drawn_by_logarithms() {
+        let mut of = sweep(&["drag", "sweeps"], &[&["1", "1"], &["1", "2"], &["2", "1"], &["2", "2"]]);
+        for (least, greatest, is_log) in
+            [(0.02, 2.0, true), (0.03, 2.0, false), (0.0, 2.0, false), (-1.0, 500.0, false)]
+        {
+            for (place, run) in of.runs.iter_mut().enumerate() {
+                run.measured = Some(vec![if place == 0 { least } else { greatest }, 1.0]);
+            }
+            let made = picture(&of).expect("a picture");
+            assert_eq!(made.svg.contains("sum, by logarithms"), is_log, "{least} to {greatest}");
+            assert!(!made.svg.contains("NaN"), "{least} to {greatest}");
+        }
+        let mut of = sweep(&["drag"], &[&["1"], &["2"], &["3"]]);
+        for (run, quantity) in of.runs.iter_mut().zip([0.01, 1.0, 100.0]) {
+            run.measured = Some(vec![quantity, 1.0]);
+        }
+        let made = picture(&of).expect("a picture");
+        for number in [">0.01<", ">0.1<", ">1<", ">10<", ">100<"] {
+            assert!(made.svg.contains(number), "{number}");
         }
     }
 

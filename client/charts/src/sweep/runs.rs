@@ -1,9 +1,12 @@
 //! The runs of a sweep, as its picture is told of them.
 
-use crate::words;
+use crate::{scale::Spacing, words};
 
 /// Numbers that are larger (in size) are drawn as if they were none.
 pub(super) const LARGEST: f64 = 1e100;
+
+/// How many times the least of a quantity the greatest is, from which on it is drawn by logarithms.
+const WIDE: f64 = 100.0;
 
 /// A sweep of a scene over one key or two.
 #[derive(Clone, Debug)]
@@ -12,6 +15,8 @@ pub struct Sweep {
     pub scene: String,
     /// The keys that are set, one or two.
     pub keys: Vec<String>,
+    /// Their units, as many; empty where there is none.
+    pub units: Vec<String>,
     /// Names of what is drawn of each run, at least one; of a sweep over two keys the first alone is drawn.
     pub quantities: Vec<String>,
     /// The runs that have ended.
@@ -43,6 +48,21 @@ impl SweepRun {
 }
 
 impl Sweep {
+    /// A key as it stands at its axis, with its unit.
+    pub(super) fn label(&self, key: usize) -> String {
+        let name = self.keys.get(key).map_or("", String::as_str);
+        let unit = self.units.get(key).filter(|unit| !unit.is_empty());
+        unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
+    }
+
+    /// How a quantity is spaced: by logarithms where all of it is above 0 and spans two decades.
+    pub(super) fn spacing(&self, place: usize) -> Spacing {
+        match self.ends(place) {
+            Some([low, high]) if low > 0.0 && high >= WIDE * low => Spacing::Log,
+            _ => Spacing::Even,
+        }
+    }
+
     /// The least and the greatest of a quantity.
     pub(super) fn ends(&self, place: usize) -> Option<[f64; 2]> {
         let (least, greatest) = self.extremes(place)?;

@@ -130,6 +130,7 @@ mod tests {
         let sweep = Sweep {
             scene: String::new(),
             keys: vec![String::new()],
+            units: vec![String::new()],
             quantities: vec![String::new()],
             runs: texts.iter().map(run).collect(),
             count: texts.len(),

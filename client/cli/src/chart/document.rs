@@ -12,6 +12,7 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
     let finite = |value: f64| value.is_finite().then_some(value);
     json!({
         "scene": subject.name,
+        "instead": subject.instead,
         "scene_hash": subject.scene_hash,
         "hash_of": HASH_OF,
         "version": env!("CARGO_PKG_VERSION"),
@@ -25,6 +26,7 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
         "cut": chart.is_cut,
         "interrupted": chart.is_stopped,
         "until_s": chart.until(),
+        "compared": compared(chart),
         // Where nothing is known nothing limits it.
         "limit": chart.missing.is_none().then(|| limit(&chart.limit)),
         "interval_s": reference.map(|reference| reference.times.interval),
@@ -53,7 +55,21 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
             "certified_bound_s": finite(chart.scan.bound),
         },
         "front": chart.rows.iter().filter(|row| row.front).map(place).collect::<Vec<_>>(),
+        "coarser": chart.coarser.as_ref().map(|copy| json!({
+            "name": copy.name,
+            "rows": copy.rows.iter().map(place).collect::<Vec<_>>(),
+        })),
         "summary": words::summary(chart),
+    })
+}
+
+/// What was compared, until when, of what, and at how many times.
+pub(crate) fn compared(chart: &Chart) -> Value {
+    json!({
+        "measure": chart.measure.name(),
+        "until_s": chart.until(),
+        "of_s": chart.end,
+        "times": chart.reference.as_ref().map_or(0, |reference| reference.times.marks.len()),
     })
 }
 

@@ -5,7 +5,7 @@
 
 pub(crate) mod words;
 pub(crate) mod table;
-mod document;
+pub(crate) mod document;
 pub(crate) mod several;
 
 use std::path::PathBuf;
@@ -35,7 +35,7 @@ pub(crate) fn write(
         table: table::text(&subject.name, subject.threads, chart),
         document: Some(document::document(subject, chart)),
         #[cfg(feature = "charts")]
-        draw: &|style| nappe_charts::pictures(&subject.name, chart, style),
+        draw: &|style| nappe_charts::pictures(&subject.name, chart, &subject.styled(style)),
     };
     folder.write(look, contents)
 }

@@ -8,6 +8,7 @@ use nappe_study::{
 };
 use serde_json::{Value, json};
 
+use super::document::compared;
 use crate::{
     error::Result,
     output::{Column, length, table},
@@ -39,6 +40,8 @@ pub(crate) struct Charted {
     rows: usize,
     /// The last comparison time (s).
     until: f64,
+    /// What was compared, and for how long.
+    compared: Value,
     effort: Option<Effort>,
     is_cut: bool,
     is_stopped: bool,
@@ -49,7 +52,8 @@ impl Charted {
     pub(crate) fn new(subject: Subject, chart: &Chart) -> Self {
         let (rows, until, effort) = (chart.rows.len(), chart.until(), chart.effort);
         let (is_cut, is_stopped) = (chart.is_cut, chart.is_stopped);
-        Self { subject, runs: runs(chart), rows, until, effort, is_cut, is_stopped }
+        let compared = compared(chart);
+        Self { subject, runs: runs(chart), rows, until, compared, effort, is_cut, is_stopped }
     }
 
     /// What scripts are told of it.
@@ -59,6 +63,7 @@ impl Charted {
             "scene_hash": self.subject.scene_hash,
             "rows": self.rows,
             "until_s": self.until,
+            "compared": self.compared,
             "effort": self.effort.map(Effort::class),
             "cut": self.is_cut,
         })

@@ -32,9 +32,12 @@ const COLUMNS: [&str; 24] = [
     "cut_reason",
 ];
 
-/// All rows, with a header.
+/// All rows, with a header; those of a coarser copy last, by its name.
 pub(crate) fn text(scene: &str, threads: usize, chart: &Chart) -> String {
-    csv::text(COLUMNS, chart.rows.iter().map(|row| fields(scene, threads, row)))
+    let copies =
+        chart.coarser.iter().flat_map(|copy| copy.rows.iter().map(move |row| (copy.name.as_str(), row)));
+    let rows = chart.rows.iter().map(|row| (scene, row)).chain(copies);
+    csv::text(COLUMNS, rows.map(|(scene, row)| fields(scene, threads, row)))
 }
 
 fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {

@@ -1,8 +1,8 @@
 //! A chart in words: what is cheapest to some errors, and what limits the time in which runs are compared.
 
-use nappe_study::{Chart, Effort, Limit, NoReference, Row, cheapest};
+use nappe_study::{Chart, Effort, Limit, Measure, NoReference, Row, cheapest};
 
-use crate::output::{Column, length, moment, table, three, time};
+use crate::output::{Column, length, moment, several, table, three, time};
 
 /// Errors (m) to which the cheapest row is told.
 const ERRORS: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -56,9 +56,10 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
 }
 
 /// What limits the time in which runs are compared, what it would take to go further, how good the reference is, how fast copies of
-/// cloth grow apart, and of snow what its cells leave open.
+/// cloth grow apart, of snow what its cells leave open, and how near a coarser copy comes.
 pub(crate) fn summary(chart: &Chart) -> String {
-    let parts = [Some(limit(chart)), cut(chart), known(chart), chart.growth_rate().map(growth), cells(chart)];
+    let growth = chart.growth_rate().map(growth);
+    let parts = [Some(limit(chart)), cut(chart), known(chart), growth, cells(chart), coarser(chart)];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
@@ -116,6 +117,24 @@ fn cells(chart: &Chart) -> Option<String> {
     ))
 }
 
+/// How near a coarser copy comes to the reference at the points that both have in common, and for which cost.
+fn coarser(chart: &Chart) -> Option<String> {
+    let copy = chart.coarser.as_ref()?;
+    let held = copy.rows.iter().filter_map(|row| Some((row.error()?, row)));
+    let Some((_, row)) = held.min_by(|(a, _), (b, _)| a.total_cmp(b)) else {
+        return Some(format!("Of the copy {} no run came to the last of these times.", copy.name));
+    };
+    let cost = row.seconds.map_or_else(String::new, |s| format!(" for {} per simulated second", time(s)));
+    Some(format!(
+        "The copy {} is nearest by {} in {} with steps of {}: {} off at the points in common,{cost}.",
+        copy.name,
+        row.stepped.name(),
+        row.stepped.precision(),
+        steps(row),
+        error(row)
+    ))
+}
+
 /// What a part of a study needs (s), of which nothing is known for want of time.
 pub(crate) fn needed(what: &str, seconds: f64) -> String {
     // What is needed is allowed two thirds of a budget.
@@ -136,6 +155,20 @@ fn smaller(chart: &Chart) -> String {
     if asked.is_empty() { String::new() } else { format!(" Less is asked by {}.", asked.join(" or ")) }
 }
 
+/// How well what is not the motion is known at a number of times.
+fn measured(chart: &Chart, count: u64) -> String {
+    let (what, floor) = (chart.measure.words(), length(chart.floor));
+    if chart.reference.is_none() {
+        return format!(
+            "Nothing can be planned: {what} is known to {floor}, and a plan needs {}, a quarter of the tolerance. What starts 1e-8 m apart, and \
+             what is run in half the steps, has another answer. It may be known at an earlier end (--until) or to a larger --tolerance; \
+             `nappe chart` compares what is less well known.",
+            length(0.25 * chart.tolerance)
+        );
+    }
+    format!("Compared {} ({}): there it is known to {floor}.", chart.compared(), several(count, "time"))
+}
+
 /// What limits the time in which runs are compared.
 pub(crate) fn limit(chart: &Chart) -> String {
     let count = chart.reference.as_ref().map_or(0, |reference| reference.times.marks.len());
@@ -149,6 +182,9 @@ pub(crate) fn limit(chart: &Chart) -> String {
             }
             NoReference::Failed(cause) => format!("There is no reference: {cause}."),
         };
+    }
+    if chart.measure != Measure::Motion && chart.whole.is_some() {
+        return measured(chart, count as u64);
     }
     if chart.reference.is_none() {
         let first = chart.scan.spread.first().map_or_else(

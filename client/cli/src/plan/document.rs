@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::words;
 use crate::{
+    chart::document::compared,
     output,
     study::{HASH_OF, Subject},
 };
@@ -106,6 +107,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
     let written = plan.written().filter(|_| subject.is_whole);
     let rest = json!({
         "until_s": plan.chart.until(),
+        "compared": compared(&plan.chart),
         "compared_at": plan.compared_at(),
         "met_until_s": plan.met_until,
         "runs_until_s": known.map(|reach| reach.until),
@@ -113,7 +115,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "runs_end": reach.map(|reach| runs_end(&reach.end)),
         "runs_cause": reach.and_then(|reach| reach.end.failure()).map(|failure| &failure.cause),
         "state_hash": written.map(|row| output::hash(row.state_hash)),
-        "cell_m": plan.row.as_ref().and_then(|row| row.stepped.cell()),
+        "cell_m": plan.written().and_then(|row| row.stepped.cell()),
         "step_tolerance_m": plan.row.as_ref().and_then(|row| row.stepped.step_tolerance()),
         "needed": needed,
         "together_change_m": plan.together_change,
@@ -124,6 +126,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "real_time": plan.real_time.as_ref().map(place),
         "reference_error_m": plan.chart.reference.as_ref().map(nappe_study::Reference::error),
         "floor_m": plan.chart.floor,
+        "instead": subject.instead,
         "scene_hash": subject.scene_hash,
         "hash_of": HASH_OF,
         "version": env!("CARGO_PKG_VERSION"),

@@ -14,7 +14,7 @@ use nappe_study::Plan;
 use serde::Serialize;
 
 use crate::{
-    chart::table,
+    chart::{document::compared, table},
     error::Result,
     study::{Contents, Folder, HASH_OF, LookArgs, Subject},
 };
@@ -37,14 +37,19 @@ pub(crate) fn write(
         table: table::text(&subject.name, subject.threads, &plan.chart),
         document: Some(document::document(subject, plan)),
         #[cfg(feature = "charts")]
-        draw: &|style| nappe_charts::plan_pictures(&subject.name, plan, style),
+        draw: &|style| nappe_charts::plan_pictures(&subject.name, plan, &subject.styled(style)),
     };
     folder.write(look, contents)
 }
 
 /// The first fields of a plan, the hash of its scene, and where its files are.
 pub(crate) fn said(subject: &Subject, plan: &Plan, written: &[PathBuf]) -> impl Serialize {
-    let rest = serde_json::json!({ "scene_hash": subject.scene_hash, "hash_of": HASH_OF, "files": written });
+    let rest = serde_json::json!({
+        "compared": compared(&plan.chart),
+        "scene_hash": subject.scene_hash,
+        "hash_of": HASH_OF,
+        "files": written,
+    });
     document::Document::new(subject, plan, rest)
 }
 

@@ -8,6 +8,8 @@ use nappe_sim::{
 };
 use nappe_study::{Case, End, Plan, Setting, SnowSetting, SnowSteps, Stepped, Steps, Term};
 
+use crate::study::CoarserCopy;
+
 /// The scene as a setting has it, all else as it was.
 fn stepped_by(scene: &Scene, stepped: &Stepped) -> Scene {
     let mut scene = scene.clone();
@@ -19,17 +21,26 @@ fn stepped_by(scene: &Scene, stepped: &Stepped) -> Scene {
     scene
 }
 
-/// Names of the terms of a scene that is written with a setting.
-pub(crate) fn term_names(scene: &Scene, stepped: &Stepped) -> Vec<String> {
-    stepped_by(scene, stepped).terms().into_iter().map(|term| term.name).collect()
+/// Names of the terms of a scene that is written with a setting; the last is that of a coarser copy, if there is one.
+pub(crate) fn term_names(scene: &Scene, stepped: &Stepped, copy: Option<&CoarserCopy>) -> Vec<String> {
+    let terms = stepped_by(scene, stepped).terms().into_iter().map(|term| term.name);
+    terms.chain(copy.map(|copy| copy.term.clone())).collect()
 }
 
-/// That scene without some of its terms, by their places.
-fn without(scene: &Scene, stepped: &Stepped, places: &[usize]) -> Scene {
+/// That scene without some of its terms, by their places: the one after all others is the particles that a coarser copy has not.
+///
+/// # Errors
+/// A scene that has no such copy.
+fn without(scene: &Scene, stepped: &Stepped, places: &[usize]) -> Result<Scene, String> {
     let scene = stepped_by(scene, stepped);
     let terms = scene.terms();
     let gone: Vec<Removal> = places.iter().filter_map(|place| Some(terms.get(*place)?.removal)).collect();
-    scene.without(&gone)
+    let left = scene.without(&gone);
+    if places.contains(&terms.len()) {
+        left.coarser(CoarserCopy::BY).map_err(|errors| errors.to_string())
+    } else {
+        Ok(left)
+    }
 }
 
 /// The case of that scene, with its meshes.
@@ -41,7 +52,7 @@ pub(crate) fn case_without(
     stepped: &Stepped,
     places: &[usize],
 ) -> Result<Case, String> {
-    let left = without(scene, stepped, places);
+    let left = without(scene, stepped, places)?;
     let built = left.build(meshes, &SceneLimits::default()).map_err(|errors| errors.to_string())?;
     let case = Case::new(name, built.setup, built.initial_changes, left.precision);
     case.map_err(|error| error.to_string())
@@ -53,13 +64,22 @@ pub(super) fn planned(scene: &Scene, name: &str, plan: &Plan) -> Option<String> 
     let is_gone = |term: &&Term| term.is_left_out && plan.reduced.is_some();
     let gone: Vec<&Term> = plan.terms.iter().filter(is_gone).collect();
     let mut said = format!(
-        "# Method, steps and precision by `nappe plan {name}`, good to {:e} m until {:.4} s.\n",
+        "# Method, steps and precision by `nappe plan {name}`, good to {:e} m {}.\n",
         plan.chart.tolerance,
-        plan.chart.until()
+        plan.chart.compared()
     );
-    if !gone.is_empty() {
-        let names: Vec<&str> = gone.iter().map(|term| term.name.as_str()).collect();
+    let (fewer, others): (Vec<&Term>, Vec<&Term>) =
+        gone.iter().copied().partition(|term| CoarserCopy::is_term(term));
+    if !others.is_empty() {
+        let names: Vec<&str> = others.iter().map(|term| term.name.as_str()).collect();
         said = format!("{said}# Left out: {}.\n", names.join(", "));
+    }
+    for term in fewer {
+        said = format!(
+            "{said}# A copy of the scene with fewer {}, as by `nappe scenes coarser {name} --by {}`.\n",
+            term.name,
+            CoarserCopy::BY
+        );
     }
     match &reach.end {
         End::Reached => {}
@@ -71,7 +91,8 @@ pub(super) fn planned(scene: &Scene, name: &str, plan: &Plan) -> Option<String> 
             said = format!("{said}# It ends after {} steps: it was not run beyond them.\n", reach.steps);
         }
     }
-    let mut written = without(scene, &row.stepped, &gone.iter().map(|term| term.place).collect::<Vec<_>>());
+    let places: Vec<usize> = gone.iter().map(|term| term.place).collect();
+    let mut written = without(scene, &row.stepped, &places).ok()?;
     written.steps = reach.steps;
     Some(said + &written.to_toml())
 }

@@ -2,7 +2,10 @@
 
 use nappe_study::{Plan, Term};
 
-use crate::output::{Column, length, table};
+use crate::{
+    output::{Column, length, table},
+    study::CoarserCopy,
+};
 
 /// The least share of the time that is no noise.
 const LEAST_SAVING: f64 = 0.05;
@@ -30,7 +33,7 @@ pub(crate) fn terms(plan: &Plan) -> String {
         Column::Left("so it"),
     ];
     let table = table(&columns, &plan.terms.iter().map(row).collect::<Vec<_>>());
-    format!("{table}\n\n{}", sentence(plan))
+    format!("{table}\n\n{} Terms were compared {}.", sentence(plan), plan.chart.compared())
 }
 
 /// What can go, with its evidence.
@@ -42,10 +45,15 @@ fn sentence(plan: &Plan) -> String {
     };
     let left = left(plan);
     if let Some(change) = plan.together_change {
+        let gone = names(&|term| term.is_left_out);
+        let copy = if plan.terms.iter().any(|term| term.is_left_out && CoarserCopy::is_term(term)) {
+            " A coarser copy of the scene has that share of the particles; --leave-out with --write writes it."
+        } else {
+            ""
+        };
         return format!(
-            "With all of these removed the answer moves by {}, less than {left}: together these can go: {}.",
-            moved(change),
-            names(&|term| term.is_left_out)
+            "With all of these removed the answer moves by {}, less than {left}: together these can go: {gone}.{copy}",
+            moved(change)
         );
     }
     let unknown = names(&|term| !term.is_looked_at);

@@ -1,10 +1,11 @@
 //! A plan in words: what to do, and what was tried.
 
-use nappe_study::{Dropped, End, Plan, Row, Tried};
+use nappe_study::{Dropped, End, Limit, Measure, Plan, Row, Term, Tried};
 
 use crate::{
     chart::words::{known, limit, steps},
     output::{Column, length, moment, several, table, time},
+    study::CoarserCopy,
 };
 
 /// A method in steps.
@@ -18,7 +19,9 @@ fn cost(row: &Row) -> String {
 
 /// A paragraph that a person can act on.
 pub(crate) fn answer(plan: &Plan) -> String {
-    let Some(row) = &plan.row else { return nothing(plan) };
+    let Some(row) = &plan.row else {
+        return [Some(nothing(plan)), offer(plan)].into_iter().flatten().collect::<Vec<_>>().join(" ");
+    };
     let parts = [
         Some(first(plan, row)),
         verified(plan),
@@ -30,14 +33,42 @@ pub(crate) fn answer(plan: &Plan) -> String {
         cut(plan),
         known(&plan.chart),
         Some(limit(&plan.chart)),
-        Some("A plan promises nothing after that.".to_owned()),
+        Some(promise(plan).to_owned()),
+        offer(plan),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+/// What it does not promise.
+fn promise(plan: &Plan) -> &'static str {
+    match plan.chart.measure {
+        Measure::Motion => "A plan promises nothing after that.",
+        Measure::End | Measure::Energy | Measure::Sag | Measure::Coordinate { .. } => {
+            "A plan promises nothing of what it did not compare."
+        }
+    }
+}
+
+/// What can be planned of the whole scene, where its motion cannot.
+fn offer(plan: &Plan) -> Option<String> {
+    let chart = &plan.chart;
+    let is_short = matches!(chart.limit, Limit::Spread | Limit::Reference | Limit::Work) && !chart.is_whole();
+    let is_beyond = is_short && chart.measure == Measure::Motion && chart.missing.is_none();
+    is_beyond.then(|| {
+        format!(
+            "Where a scene comes to rest, its end may be known although its motion is not: the same with --measure end plans that over \
+             the whole scene, {}.",
+            moment(chart.end)
+        )
+    })
 }
 
 /// Why nothing was tried.
 fn nothing(plan: &Plan) -> String {
     let chart = &plan.chart;
+    if chart.measure != Measure::Motion {
+        return limit(chart);
+    }
     let within = chart.scan.spread.iter().take_while(|spread| **spread <= 0.25 * chart.tolerance).count();
     if chart.reference.is_some() || chart.missing.is_some() || within == 0 {
         return limit(chart);
@@ -60,14 +91,16 @@ fn nothing(plan: &Plan) -> String {
 
 /// What is recommended, or else the nearest.
 fn first(plan: &Plan, row: &Row) -> String {
-    let (tolerance, until) = (length(plan.chart.tolerance), moment(plan.chart.until()));
+    let (tolerance, compared) = (length(plan.chart.tolerance), plan.chart.compared());
     let error = row.error().map_or_else(|| "unknown".to_owned(), length);
     let (setting, cost) = (setting(row), cost(row));
-    if plan.is_met {
-        format!("Take {setting}: it is {error} off until {until}, within {tolerance},{cost}.")
+    if plan.is_met && plan.chart.is_whole() {
+        format!("Take {setting}: it is {error} off {compared}, within {tolerance},{cost}.")
+    } else if plan.is_met {
+        format!("Only {compared}: {setting} is {error} off, within {tolerance},{cost}.")
     } else if plan.verified.is_some() {
         format!(
-            "Nothing is recommended. The cheapest within {tolerance} until {until} is {setting}: {error} off,{cost}."
+            "Nothing is recommended. The cheapest within {tolerance} {compared} is {setting}: {error} off,{cost}."
         )
     } else {
         let within = if row.error().is_some_and(|error| error <= plan.chart.tolerance) {
@@ -76,7 +109,7 @@ fn first(plan: &Plan, row: &Row) -> String {
             tolerance
         };
         format!(
-            "Nothing that was tried is within {within} until {until}. The nearest is {setting}: {error} off,{cost}."
+            "Nothing that was tried is within {within} {compared}. The nearest is {setting}: {error} off,{cost}."
         )
     }
 }
@@ -121,7 +154,11 @@ fn reach(plan: &Plan) -> Option<String> {
 fn reduced(plan: &Plan) -> Option<String> {
     let reduced = plan.reduced.as_ref()?;
     let error = reduced.error().map_or_else(|| "unknown".to_owned(), length);
-    Some(format!("Without what is left out it is {error} off,{}.", cost(reduced)))
+    let is_copy = |term: &&Term| term.is_left_out && CoarserCopy::is_term(term);
+    let copy = plan.terms.iter().find(is_copy).map_or_else(String::new, |term| {
+        format!("The scene that is written is a coarser copy, {}. ", term.name)
+    });
+    Some(format!("{copy}Without what is left out it is {error} off,{}.", cost(reduced)))
 }
 
 /// What took less time here.

@@ -45,6 +45,7 @@ fn limit(row: &StabilityRow) -> Value {
         "method": row.method.name(),
         "outcome": row.verdict.name(),
         "cut_reason": row.cut.map(nappe_study::Cut::why),
+        "cause": row.is_refused().then_some(row.cause.as_deref()).flatten(),
         "limit_s": row.limit,
         "holds_up_to_s": (row.limit.is_none() && row.verdict.holds()).then_some(row.dt),
         "right_up_to_s": row.right,

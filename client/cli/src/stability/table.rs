@@ -35,7 +35,11 @@ fn fields(scene: &str, row: &StabilityRow) -> [String; COLUMNS.len()] {
         scene.to_owned(),
         row.method.name(),
         row.over.name().to_owned(),
-        if row.is_limit && row.verdict == Verdict::NotKnown { String::new() } else { number(row.dt) },
+        if row.is_limit && (row.verdict == Verdict::NotKnown || row.is_refused()) {
+            String::new()
+        } else {
+            number(row.dt)
+        },
         row.across.map(|(across, _)| across.name().to_owned()).unwrap_or_default(),
         known(row.across.map(|(_, value)| value)),
         row.verdict.name().to_owned(),

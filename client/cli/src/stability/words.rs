@@ -15,6 +15,7 @@ fn limit(row: Option<&StabilityRow>) -> String {
     match row {
         None => String::new(),
         Some(row) if row.verdict == Verdict::NotKnown => NOT_KNOWN.to_owned(),
+        Some(row) if row.is_refused() => format!("{NOT_KNOWN}: refused"),
         Some(row) => match row.limit {
             Some(0.0) => "none holds".to_owned(),
             Some(limit) => time(limit),
@@ -28,7 +29,9 @@ fn right(study: &Stability, load: Option<&StabilityRow>) -> String {
     match load {
         None => String::new(),
         // Without a window there is nothing to be right by.
-        Some(row) if row.verdict == Verdict::NotKnown || study.window == 0.0 => NOT_KNOWN.to_owned(),
+        Some(row) if row.verdict == Verdict::NotKnown || row.is_refused() || study.window == 0.0 => {
+            NOT_KNOWN.to_owned()
+        }
         Some(row) => match row.right {
             Some(0.0) => "none is".to_owned(),
             Some(right) => time(right),
@@ -98,10 +101,25 @@ pub(crate) fn summary(study: &Stability) -> String {
              stability.csv."
         );
     }
+    if let Some(refused) = refused(study) {
+        text = format!("{text} {refused}");
+    }
     if study.is_cut && study.missing.is_none() {
         text = format!("{text} {}", cut(study));
     }
     text
+}
+
+/// How many limits are not known because steps are refused, and why the first is.
+fn refused(study: &Stability) -> Option<String> {
+    let refused = || study.rows.iter().filter(|row| row.is_limit && row.is_refused());
+    let first = refused().next()?;
+    let cause = first.cause.as_deref().unwrap_or_default().trim_end_matches('.');
+    Some(format!(
+        "Not known are {} limits, since their steps are refused before the first; that of {}: {cause}.",
+        refused().count(),
+        first.method.name()
+    ))
 }
 
 /// Why nothing could be judged under load, if nothing could.

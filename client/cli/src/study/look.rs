@@ -37,6 +37,7 @@ impl LookArgs {
             is_without_caption: self.no_caption,
             width: self.width,
             font: self.font.clone(),
+            before: None,
         }
     }
 }

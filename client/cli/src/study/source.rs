@@ -5,8 +5,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use nappe_scene::{Built, Scene, SceneLimits, files};
-use nappe_study::Case;
+use nappe_scene::{Built, MeshSource, Scene, SceneLimits, files};
+use nappe_study::{Case, Measure};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::subject::{Subject, processor, threads};
@@ -67,10 +67,37 @@ impl Source {
         Ok(Self { name, hash: output::hash(xxh3_64(text.as_bytes())), is_whole, scene, case })
     }
 
+    /// Its copy that is coarser by a whole number, 2 or more.
+    ///
+    /// # Errors
+    /// Why there is none that can be studied, and what works.
+    pub(crate) fn coarser(&self, by: u32, meshes: &dyn MeshSource) -> std::result::Result<Self, String> {
+        if !self.is_whole {
+            let what = "a scene of cloth and snow has no coarser copy that is compared; a scene of cloth or of snow alone has";
+            return Err(what.to_owned());
+        }
+        let scene = self.scene.coarser(by).map_err(|errors| errors.to_string())?;
+        let built = scene.build(meshes, &SceneLimits::default()).map_err(|errors| errors.to_string())?;
+        let name = format!("{} coarser by {by}", self.name);
+        let case = Case::new(&name, built.setup, built.initial_changes, scene.precision);
+        let measure = self.case.measure();
+        if matches!(measure, Measure::Coordinate { .. }) {
+            let what = format!(
+                "{} is compared, and a copy has other particles; motion, end, energy and sag work",
+                measure.words()
+            );
+            return Err(what);
+        }
+        let case = case.map_err(|error| error.to_string())?.measuring(measure.clone());
+        let case = case.map_err(|error| error.to_string())?;
+        Ok(Self { name, hash: self.hash.clone(), is_whole: true, scene, case })
+    }
+
     /// What is studied, on so many threads if they are told, within a budget that began then.
     pub(crate) fn subject(&self, asked: Option<u16>, budget: Duration, begin: Instant) -> Subject {
         Subject {
             name: self.name.clone(),
+            instead: None,
             scene_hash: self.hash.clone(),
             is_whole: self.is_whole,
             processor: processor(),

@@ -12,6 +12,8 @@ pub(crate) const HASH_OF: &str = "the text of the scene file, xxh3 64";
 pub(crate) struct Subject {
     /// The scene as the command line names it, without folder and extension.
     pub(crate) name: String,
+    /// Where a coarser copy is studied in place of the scene, why, in a sentence.
+    pub(crate) instead: Option<String>,
     /// Hash of its text, 16 hexadecimal digits.
     pub(crate) scene_hash: String,
     /// Whether all of the scene is studied, and no snow beside cloth is left out.
@@ -24,6 +26,17 @@ pub(crate) struct Subject {
 }
 
 impl Subject {
+    /// Words on it, after what is studied in place of the scene, where something is.
+    pub(crate) fn said(&self, words: &str) -> String {
+        self.instead.as_ref().map_or_else(|| words.to_owned(), |instead| format!("{instead}\n\n{words}"))
+    }
+
+    /// The same style, with that sentence before those of pictures.
+    #[cfg(feature = "charts")]
+    pub(crate) fn styled(&self, style: &nappe_charts::Style) -> nappe_charts::Style {
+        nappe_charts::Style { before: self.instead.clone(), ..style.clone() }
+    }
+
     /// What is left of its budget.
     pub(crate) fn left(&self) -> Duration {
         self.budget.saturating_sub(self.begin.elapsed())

@@ -44,6 +44,7 @@ pub(crate) fn picture_files(
     let sweep = nappe_charts::Sweep {
         scene: scene.to_owned(),
         keys: columns.keys.to_vec(),
+        units: columns.keys.iter().map(|key| nappe_scene::unit(key).to_owned()).collect(),
         quantities: drawn.iter().map(|(_, name)| (*name).to_owned()).collect(),
         runs: table.rows().map(of_row).collect(),
         count: table.runs(),

@@ -6,10 +6,10 @@ use std::{
 };
 
 use clap::Args;
-use nappe_scene::Scene;
+use nappe_scene::{Scene, files::Folder as Meshes};
 use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_sim::math::Precision;
-use nappe_study::{Case, Chart, Effort, Request, Times, TimesError, line_names};
+use nappe_study::{Case, Chart, Effort, Measure, Request, Times, TimesError, add_coarser, line_names};
 
 use crate::{
     args::PrecisionName,
@@ -20,7 +20,7 @@ use crate::{
     },
     error::{CliError, Exit, Result},
     output::{Format, OutputArgs},
-    study::{self, Folder, HASH_OF, LookArgs, Source, Subject, asked, files, units},
+    study::{self, CoarserCopy, Folder, HASH_OF, LookArgs, Source, Subject, asked, files, measure, units},
     write::ForceArgs,
 };
 
@@ -33,9 +33,11 @@ Examples:
   nappe chart flag --tolerance 0.1mm                to a tenth of a millimetre
   nappe chart flag --until 0.5 --precision f64      until a time, although it may lie beyond the predictability horizon
   nappe chart flag --effort 2 --budget 10min        with a smaller reference, the same on any machine
+  nappe chart my.toml --measure end                 where it hangs or lies at its end, although its motion cannot be predicted
   nappe chart drap10 --method velocity_verlet,bdf2_newton --json
   nappe chart brasseur                              a scene of snow: every transfer and kernel on its cells and twice those
   nappe chart drap10 flag hanging_sheet --out study a chart of each, and on what share of them each method is the cheapest
+  nappe chart flag --coarser                        and how far off a copy with a quarter of the particles is
   nappe chart drap10 --width 85 --no-caption        pictures for a column of a journal
 
 It finds the predictability horizon of the scene, computes a reference until then, and runs every method
@@ -65,6 +67,9 @@ pub(crate) struct ChartArgs {
     /// Error of positions that matters: 1mm, 0.1mm
     #[arg(long, value_name = "LENGTH", default_value = "1mm")]
     tolerance: String,
+    /// What is compared: motion, end, energy, sag, or particle.NAME.y; all but motion over the whole scene
+    #[arg(long, value_name = "WHAT", default_value = "motion")]
+    measure: String,
     /// Compare until this time (s) [default: the predictability horizon]
     #[arg(long, value_name = "S", conflicts_with = "times", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
@@ -77,6 +82,9 @@ pub(crate) struct ChartArgs {
     /// One precision alone [default: both]
     #[arg(long, value_enum)]
     precision: Option<PrecisionName>,
+    /// Run the best settings on a copy of the scene too, whose particles are N times as far apart; without a number 2
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "2", value_parser = whole::<u32>(2..=100_000))]
+    coarser: Option<u32>,
     /// Threads [default: all cores]; results do not depend on them, seconds do
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
@@ -92,7 +100,13 @@ pub(crate) struct ChartArgs {
 struct Asked {
     source: Source,
     request: Request,
+    copy: Option<CoarserCopy>,
+    /// Where the meshes of the scene are.
+    meshes: Meshes,
 }
+
+/// Share of the budget that a chart has where a coarser copy has the rest.
+const OF_SCENE: f64 = 0.8;
 
 /// Runs `nappe chart`.
 ///
@@ -158,8 +172,14 @@ fn run_several(args: &ChartArgs, scenes: &[String]) -> Result<()> {
 /// Reads a scene, and what is asked of it.
 fn read(args: &ChartArgs, scene: &str) -> Result<Asked> {
     let source = Source::read(scene, "chart")?;
+    let source = Source { case: measure::measuring(&args.measure, source.case)?, ..source };
     let request = request(args, &source.scene, &source.case)?;
-    Ok(Asked { source, request })
+    let meshes = Source::meshes(scene);
+    let copy = |by: u32| {
+        CoarserCopy::of(&source, by, &meshes).map_err(|error| CliError::usage(format!("--coarser: {error}")))
+    };
+    let copy = args.coarser.map(copy).transpose()?;
+    Ok(Asked { source, request, copy, meshes })
 }
 
 /// Refuses scenes whose charts would be written into one folder, and cloth beside snow, which have no method in common.
@@ -184,12 +204,24 @@ fn check_together(asked: &[Asked]) -> Result<()> {
 
 /// Computes the chart of a scene, whose budget began then.
 fn compute(args: &ChartArgs, asked: Asked, begin: Instant) -> Result<(Subject, Chart)> {
-    let Asked { source, request } = asked;
-    let subject = source.subject(args.threads, args.budget, begin);
-    let chart = study::compute(subject.threads, Some(subject.left()), move |budget, tell| {
-        let Source { name, case, .. } = &source;
-        nappe_study::chart(case, &request, budget, &|what| tell(&format!("{name}: {what}")))
+    let Asked { source, request, copy, meshes } = asked;
+    let mut subject = source.subject(args.threads, args.budget, begin);
+    let share = if copy.is_some() { OF_SCENE } else { 1.0 };
+    let left = subject.left().mul_f64(share);
+    let (chart, instead) = study::compute(subject.threads, Some(left), move |budget, tell| {
+        let of_source = |source: &Source| {
+            let Source { name, case, .. } = source;
+            nappe_study::chart(case, &request, budget, &|what| tell(&format!("{name}: {what}")))
+        };
+        let (mut chart, instead) = study::fitted(&source, &meshes, &of_source, study::unfit);
+        if let (Some(copy), None) = (&copy, &instead) {
+            add_coarser(&mut chart, &copy.coarser, &budget.until(OF_SCENE.recip()), tell);
+        }
+        (chart, instead)
     })?;
+    if let Some(instead) = instead {
+        instead.take_over(&mut subject);
+    }
     Ok((subject, chart))
 }
 
@@ -197,11 +229,7 @@ fn compute(args: &ChartArgs, asked: Asked, begin: Instant) -> Result<(Subject, C
 fn request(args: &ChartArgs, scene: &Scene, case: &Case) -> Result<Request> {
     let known = line_names(case);
     asked::check_methods(&args.methods, &known)?;
-    let times = match args.until {
-        Some(until) => Some(Times::until(until, scene.dt).map_err(|error| refused("--until", &error))?),
-        None if args.times.is_empty() => None,
-        None => Some(Times::at(&args.times, scene.dt).map_err(|error| refused("--times", &error))?),
-    };
+    let times = times(args, scene, case.measure())?;
     if scene.steps == 0 && times.is_none() {
         return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
     }
@@ -216,6 +244,22 @@ fn request(args: &ChartArgs, scene: &Scene, case: &Case) -> Result<Request> {
     })
 }
 
+/// The times at which runs are compared, where they are no window.
+fn times(args: &ChartArgs, scene: &Scene, measure: &Measure) -> Result<Option<Times>> {
+    if !args.times.is_empty() {
+        if *measure == Measure::End {
+            return Err(CliError::usage(
+                "--times: with --measure end runs are compared at one time, that of --until or the end of the scene",
+            ));
+        }
+        return Times::at(&args.times, scene.dt).map(Some).map_err(|error| refused("--times", &error));
+    }
+    let whole = scene.steps as f64 * scene.dt;
+    let end = args.until.or((*measure != Measure::Motion && whole > 0.0).then_some(whole));
+    let times = end.map(|end| measure.times(end, scene.dt));
+    times.transpose().map_err(|error| refused("--until", &error))
+}
+
 fn refused(option: &str, error: &TimesError) -> CliError {
     CliError::usage(format!("{option}: {error}"))
 }
@@ -227,6 +271,7 @@ fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) ->
         "hash_of": HASH_OF,
         "rows": chart.rows.len(),
         "until_s": chart.until(),
+        "compared": chart::document::compared(chart),
         "effort": chart.effort.map(Effort::class),
         "cut": chart.is_cut,
         "interrupted": chart.is_stopped,
@@ -236,6 +281,6 @@ fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) ->
     if !chart.rows.is_empty() {
         text = format!("{}\n\n{text}", words::cheapest_rows(chart));
     }
-    files::say(format, &json, &text, written)?;
+    files::say(format, &json, &subject.said(&text), written)?;
     if chart.is_stopped { Err(study::interrupted()) } else { Ok(()) }
 }

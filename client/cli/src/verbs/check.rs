@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::{
     error::{CliError, Result},
-    mesh_info::Overlaps,
+    mesh_info::{Overlaps, PartCrossings},
     meshes,
     output::{self, Column, Format, OutputArgs},
     study::Source,
@@ -27,8 +27,8 @@ Examples:
   nappe check my.toml --json   one object, with the warnings
 
 Of each collider that is a mesh it says the triangles, the holes that close_holes filled, the parts that no edge joins, and
-the volume of their union; it warns of parts that overlap or are turned the wrong way. Of each body it says how often an
-edge crosses a triangle at the start, and the first such pair; with a thickness that is an error.")]
+the volume of their union; it warns of parts that overlap, pass through themselves or are turned the wrong way. Of each body
+it says how often an edge crosses a triangle at the start, and the first such pair; with a thickness that is an error.")]
 pub(crate) struct CheckArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -71,6 +71,8 @@ struct Collider {
     /// The first triangles of the parts that were turned round.
     turned: Vec<u32>,
     overlaps: Option<Overlaps>,
+    /// How often parts pass through themselves.
+    crossings: PartCrossings,
     /// Volume (m³) of the union.
     volume: f64,
 }
@@ -96,6 +98,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
         holes: solid.parts.holes,
         turned: solid.parts.turned,
         overlaps: solid.parts.overlaps.map(Overlaps::from),
+        crossings: solid.parts.crossings.into(),
         volume: solid.volume,
     });
     let checked = Checked {
@@ -148,15 +151,17 @@ fn in_words(checked: &Checked<'_>) -> String {
         return sentence;
     }
     let row = |collider: &Collider| {
-        let Collider { name, triangles, holes_closed, parts, volume, .. } = collider;
+        let Collider { name, triangles, holes_closed, parts, crossings, volume, .. } = collider;
         let volume = format!("{} m^3", four_digits(*volume));
-        vec![name.clone(), count(*triangles), count(*holes_closed), count(*parts), volume]
+        let [triangles, holes_closed, parts] = [triangles, holes_closed, parts].map(|number| count(*number));
+        vec![name.clone(), triangles, holes_closed, parts, crossings.counted(), volume]
     };
     let columns = [
         Column::Left("collider"),
         Column::Right("triangles"),
         Column::Right("holes closed"),
         Column::Right("parts"),
+        Column::Right("crossings"),
         Column::Right("volume"),
     ];
     let rows: Vec<Vec<String>> = colliders.iter().map(row).collect();

@@ -6,16 +6,18 @@ use std::{
 };
 
 use clap::Args;
-use nappe_scene::Scene;
+use nappe_scene::{Scene, files::Folder as Meshes};
 use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_sim::math::Precision;
-use nappe_study::{Case, Effort, Plan, Request, SceneTerms, Stepped, Terms, line_names};
+use nappe_study::{
+    Budget, Case, Effort, Measure, Plan, Request, SceneTerms, Stepped, Terms, TimesError, line_names,
+};
 
 use crate::{
     error::{CliError, Result},
     output::{self, Format, OutputArgs},
     plan::{self, scene, terms, words},
-    study::{self, Folder, LookArgs, Source, Subject, asked, files, units},
+    study::{self, CoarserCopy, Folder, LookArgs, Source, Subject, asked, files, measure, units},
     write::{self, ForceArgs},
 };
 
@@ -28,6 +30,7 @@ Examples:
   nappe plan drap10 --tolerance 1mm                 a shipped scene, one minute, files in plan-drap10
   nappe plan my.toml --tolerance 0.1mm --write planned.toml
   nappe plan flag --tolerance 1mm --method velocity_verlet,bdf2_absolute --json
+  nappe plan my.toml --tolerance 1mm --measure end  where it hangs or lies at its end, although its motion cannot be predicted
 
 It finds the predictability horizon of the scene, computes a reference until then, and shortens the steps of every
 method in both precisions until one is accurate enough at every step of the scene and the others would cost more. That one
@@ -52,6 +55,9 @@ pub(crate) struct PlanArgs {
     /// the machine [default: the largest that the budget can pay]
     #[arg(long, value_name = "N", value_parser = asked::effort)]
     effort: Option<Effort>,
+    /// What is to be accurate: motion, end, energy, sag, or particle.NAME.y; all but motion over the whole scene
+    #[arg(long, value_name = "WHAT", default_value = "motion")]
+    measure: String,
     /// Plan until this time (s) at most [default: the end of the scene]
     #[arg(long, value_name = "S", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
@@ -83,23 +89,24 @@ pub(crate) struct PlanArgs {
 pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let begin = Instant::now();
     let source = Source::read(&args.scene, "plan")?;
-    let subject = source.subject(args.threads, args.budget, begin);
-    let Source { name, scene, case, .. } = source;
-    let request = request(args, &scene, &case)?;
+    let source = Source { case: measure::measuring(&args.measure, source.case)?, ..source };
+    let mut subject = source.subject(args.threads, args.budget, begin);
+    let (name, scene) = (source.name.clone(), source.scene.clone());
+    let request = request(args, &scene, &source.case)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("plan-{name}")));
     check_written(args, &folder)?;
     let folder = Folder::open(folder, &plan::FILES, args.force.existing())?;
 
     let wanted = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
-    let (whole, meshes) = (scene.clone(), Source::meshes(&args.scene));
-    let found = study::compute(subject.threads, Some(subject.left()), move |budget, tell| {
-        let names = |stepped: &Stepped| scene::term_names(&whole, stepped);
-        let without = |stepped: &Stepped, places: &[usize]| {
-            scene::case_without((&name, &whole, &meshes), stepped, places)
-        };
-        let terms = SceneTerms { names: &names, without: &without, wanted };
-        nappe_study::plan(&case, &request, &terms, budget, tell)
+    let meshes = Source::meshes(&args.scene);
+    let (found, instead) = study::compute(subject.threads, Some(subject.left()), move |budget, tell| {
+        let of_source = |source: &Source| planned((source, &meshes), &request, wanted, (budget, tell));
+        study::fitted(&source, &meshes, &of_source, |plan: &Plan| study::unfit(&plan.chart))
     })?;
+    if let Some(instead) = &instead {
+        instead.take_over(&mut subject);
+    }
+    let scene = instead.map_or(scene, |instead| instead.source.scene);
     let mut written = plan::write(&folder, &subject, &found, &args.look)?;
     if let Some(path) = &args.write {
         if !subject.is_whole {
@@ -107,8 +114,10 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
                 "the scene that is written has its snow too, which no plan looks at: only its cloths are as planned",
             );
         }
-        match plan::scene_text(&subject.name, &scene, &found) {
+        match plan::scene_text(&name, &scene, &found) {
             Some(text) => {
+                let why = subject.instead.as_ref().map_or_else(String::new, |why| format!("# {why}\n"));
+                let text = why + &text;
                 write::write_whole(path, text.as_bytes(), args.force.existing())?;
                 written.push(path.clone());
             }
@@ -116,6 +125,23 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
         }
     }
     say(args.output.format(), &subject, &found, &written)
+}
+
+/// Plans a scene, whose meshes are beside it, with its terms: the last is that of a coarser copy, where it has one.
+fn planned(
+    (source, meshes): (&Source, &Meshes),
+    request: &Request,
+    wanted: Terms,
+    (budget, tell): (&Budget, &dyn Fn(&str)),
+) -> Plan {
+    let Source { name, scene, case, .. } = source;
+    let copy = CoarserCopy::of(source, CoarserCopy::BY, meshes).ok();
+    let names = |stepped: &Stepped| scene::term_names(scene, stepped, copy.as_ref());
+    let without =
+        |stepped: &Stepped, places: &[usize]| scene::case_without((name, scene, meshes), stepped, places);
+    let grids = copy.as_ref().map_or_else(Vec::new, |copy| copy.grids.clone());
+    let terms = SceneTerms { names: &names, without: &without, grids: &grids, wanted };
+    nappe_study::plan(case, request, &terms, budget, tell)
 }
 
 /// Refuses a file that would be lost, and one that cannot be written; the folder of the other files will be there.
@@ -149,7 +175,15 @@ fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
     let end = if scene.steps > 0 { end.min(scene.steps as f64 * scene.dt) } else { end };
     let (methods, precisions) = (args.methods.clone(), Precision::ALL.to_vec());
     let (scene_steps, effort) = (scene.steps, args.effort);
-    Ok(Request { tolerance, end, scene_steps, times: None, methods, precisions, effort })
+    let times = match case.measure() {
+        Measure::Motion => None,
+        measure => Some(measure.times(end, scene.dt).map_err(|error| refused(&error))?),
+    };
+    Ok(Request { tolerance, end, scene_steps, times, methods, precisions, effort })
+}
+
+fn refused(error: &TimesError) -> CliError {
+    CliError::usage(format!("--until: {error}"))
 }
 
 fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> Result<()> {
@@ -160,6 +194,6 @@ fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> R
     if !plan.terms.is_empty() {
         text = format!("{text}\n\n{}\n", terms::terms(plan));
     }
-    files::say(format, &plan::said(subject, plan, written), &text, written)?;
+    files::say(format, &plan::said(subject, plan, written), &subject.said(&text), written)?;
     if plan.chart.is_stopped { Err(study::interrupted()) } else { Ok(()) }
 }

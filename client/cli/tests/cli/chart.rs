@@ -55,6 +55,8 @@ fn a_chart_has_rows_a_document_and_pictures() {
     assert_eq!(document["machine"]["threads"], 2);
     assert!(document["effort"].as_u64().is_some_and(|class| class <= 9), "{document}");
     assert_eq!(said["effort"], document["effort"]);
+    assert_eq!(document["compared"]["measure"], "motion");
+    assert_eq!(said["compared"], document["compared"]);
     assert_eq!(document["tolerance_m"], 1e-3);
     for key in ["until_s", "floor_m", "reference_error_m"] {
         assert!(document[key].as_f64().is_some_and(|number| number > 0.0), "{key} in {document}");
@@ -67,6 +69,30 @@ fn a_chart_has_rows_a_document_and_pictures() {
     assert_eq!(files.len(), 8, "{files:?}");
     check_pictures(folder.path(), &files);
     check_kept(folder.path(), &files, &["chart", &scene, "--budget", "1s"]);
+}
+
+#[test]
+fn a_coarser_copy_has_rows_of_its_own_after_those_of_the_scene() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let args = ["chart", &scene, "--coarser", "--method", "velocity_verlet", "--out", "out", "--json"];
+    let done = nappe_in(folder.path(), &args).ok();
+    let said = done.json();
+    let (rows, document) = check_files(&folder.path().join("out"));
+    let of_copy: Vec<bool> = rows.iter().map(|row| row.starts_with("scene coarser by 2,")).collect();
+    let first = of_copy.iter().position(|is_of_copy| *is_of_copy).expect("a row of the copy");
+    assert!(of_copy.is_sorted() && said["rows"].as_u64() == Some(first as u64), "{rows:?}");
+    assert_eq!(document["coarser"]["name"], "scene coarser by 2");
+    let known = document["coarser"]["rows"].as_array().expect("rows");
+    assert_eq!(known.len(), rows.len() - first);
+    assert!(
+        known.iter().any(|row| row["rms_error_m"].as_f64().is_some_and(|error| error > 0.0)),
+        "{document}"
+    );
+    assert!(document["summary"].as_str().is_some_and(|text| text.contains("The copy scene coarser by 2")));
+    let files: Vec<&str> =
+        said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
+    check_pictures(folder.path(), &files);
 }
 
 #[test]
@@ -89,8 +115,14 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
     refused(&[&scene, "--tolerance", "1e300"], 2, "since the scene is 778 mm long; a smaller one is needed");
     refused(&[&scene, "--tolerance", "1e-300"], 2, "allowed: 1e-12 m and more");
     refused(&[&scene, "--budget", "0s"], 2, "not a time above 0");
+    refused(&[&scene, "--measure", "heat"], 2, "allowed: motion, end, energy, sag, particle.NAME.x");
+    refused(&[&scene, "--measure", "particle.top_lft.y"], 2, "did you mean 'top_left'?");
+    refused(&[&scene, "--measure", "end", "--times", "0.1"], 2, "are compared at one time");
     refused(&[&scene, "--effort", "99"], 2, "years on a fast machine; allowed: 0 to 9");
     refused(&[&scene, "--effort", "much"], 2, "'much' is not a class of effort");
+    refused(&[&scene, "--coarser=5"], 2, "of which 5 divides neither");
+    refused(&[&scene, "--coarser=5"], 2, "allowed: 2, 3, 4");
+    refused(&["drap10", "--coarser"], 2, "is a course_grid");
     let endless = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
     refused(&[&endless], 2, "say until when with --until S");
     let done = nappe_in(folder.path(), &["chart", &endless, "--until", "0.1", "--out", "file"]);

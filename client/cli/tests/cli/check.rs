@@ -31,6 +31,10 @@ fn a_scene_is_checked_with_the_meshes_of_its_colliders() {
         (&json!("tip"), &json!(4), &json!(1)),
         "{checked}"
     );
+    assert_eq!(
+        (&collider["crossings"]["count"], &collider["crossings"]["triangles"]),
+        (&json!(0), &json!(null))
+    );
     let volume = collider["volume"].as_f64().expect("a number");
     assert!((volume - 1.0 / 48.0).abs() < 1e-12, "{volume}");
     let told = "collider 'tip': 1 hole is filled (close_holes = true)";
@@ -38,7 +42,7 @@ fn a_scene_is_checked_with_the_meshes_of_its_colliders() {
     assert!(done.stderr.contains(told), "{}", done.stderr);
 
     let text = nappe(&["check", &scene]).ok().stdout;
-    for part in ["no errors; 144 particles", "tip", "holes closed", "0.02083 m^3"] {
+    for part in ["no errors; 144 particles", "tip", "holes closed", "crossings", "0.02083 m^3"] {
         assert!(text.contains(part), "'{part}' is missing in {text}");
     }
 }

@@ -1,6 +1,6 @@
 //! `nappe mesh`: the course's grids byte for byte, conversions, descriptions.
 
-use std::{fs, path::Path};
+use std::{fmt::Write, fs, path::Path};
 
 use serde_json::{Value, json};
 
@@ -198,6 +198,7 @@ fn a_mesh_is_described_with_parts_borders_junctions_and_size() {
          open edges   7, in loops: 1\n\
          T-junctions  1, the first: point 3 on the edge 0 to 1\n\
          parts        2\n\
+         crossings    not counted: the mesh encloses no volume\n\
          volume       none: the mesh is not closed: the edge from point 0 at (0, 0, 0) to point 1 at (2, 0, 0) has \
          1 triangle, and each edge of a closed surface has two; 6 other edges are open too\n\
          masses       0, 0 kg, 0 pinned by mass 0, 0 missing\n\
@@ -214,7 +215,7 @@ fn a_mesh_is_described_with_parts_borders_junctions_and_size() {
         "masses": 0, "missing_masses": 0, "pinned": 0, "total_mass": 0.0, "texture_coordinates": 0,
         "min": [0.0, -1.0, 0.0], "max": [2.0, 1.0, 2.0], "size": [2.0, 2.0, 2.0], "diagonal": 12.0_f64.sqrt(),
         "parts": 2, "open_edges": 7, "boundary_loops": 1, "t_junctions": 1, "repeated_triangles": 0,
-        "holes": 0, "turned": [], "overlaps": null,
+        "holes": 0, "turned": [], "overlaps": null, "crossings": null,
         "volume": null, "warnings": ["two.obj: no masses: a scene must give them"],
     });
     assert_eq!(described, expected);
@@ -274,4 +275,50 @@ fn parts_of_a_closed_mesh_that_overlap_are_told_and_their_volume_is_that_of_the_
     }
     let text = nappe_in(folder.path(), &["mesh", "info", "boxes.obj"]).ok().stdout;
     assert!(text.contains("overlapping pairs: 1, most those that begin with triangles 0 and 12"), "{text}");
+}
+
+/// A prism over a star of five points that is drawn in one line.
+fn star() -> String {
+    let mut text = String::new();
+    for z in [-1, 1] {
+        for [x, y] in [[100, 0], [31, 95], [-81, 59], [-81, -59], [31, -95]] {
+            let _ = writeln!(text, "v {x} {y} {z}");
+        }
+    }
+    text.push_str("v 0 0 -1\nv 0 0 1\n");
+    for [a, b] in [[1, 3], [3, 5], [5, 2], [2, 4], [4, 1]] {
+        let (c, d) = (a + 5, b + 5);
+        let _ = writeln!(text, "f {a} {b} {d}\nf {a} {d} {c}\nf 11 {b} {a}\nf 12 {c} {d}");
+    }
+    text
+}
+
+#[test]
+fn a_mesh_that_passes_through_itself_is_told_with_the_first_crossing_and_what_programs_mend_it() {
+    let folder = folder();
+    fs::write(folder.path().join("star.obj"), star()).expect("written");
+    let described = nappe_in(folder.path(), &["mesh", "info", "star.obj", "--json"]).ok().json();
+    let crossings = &described["crossings"];
+    let count = crossings["count"].as_u64().expect("a number");
+    assert!(count > 10 && crossings["cut_off"] == json!(false), "{described}");
+    let [a, b] = [0, 1].map(|k| crossings["triangles"][k].as_u64().expect("a number"));
+    assert!(a < b && b < 20, "{described}");
+    assert!((0..3).all(|c| crossings["place"][c].as_f64().is_some_and(|x| x.abs() <= 100.0)), "{described}");
+    let told = described["warnings"].to_string();
+    let first = format!("first those of triangles {a} and {b} at");
+    for part in [first.as_str(), "Blender", "MeshLab", "manifold3d"] {
+        assert!(told.contains(part), "'{part}' is missing in {told}");
+    }
+    let text = nappe_in(folder.path(), &["mesh", "info", "star.obj"]).ok().stdout;
+    assert!(text.contains(&format!("crossings    {count}, the first: triangles {a} and {b} at (")), "{text}");
+
+    fs::write(folder.path().join("boxes.obj"), TWO_BOXES).expect("written");
+    let sound = nappe_in(folder.path(), &["mesh", "info", "boxes.obj", "--json"]).ok().json();
+    assert_eq!(
+        sound["crossings"],
+        json!({ "count": 0, "cut_off": false, "triangles": null, "place": null }),
+        "{sound}"
+    );
+    let text = nappe_in(folder.path(), &["mesh", "info", "boxes.obj"]).ok().stdout;
+    assert!(text.contains("crossings    0\n"), "{text}");
 }

@@ -66,8 +66,18 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     check_pictures(folder.path(), &files);
     check_kept(folder.path(), &files, &["plan", &scene, "--tolerance", "1mm", "--budget", "1s"]);
 
+    let compared = &document["compared"];
+    assert_eq!((&compared["measure"], &compared["times"]), (&"motion".into(), &20.into()), "{document}");
+    assert_eq!((&compared["until_s"], &compared["of_s"]), (&0.1.into(), &0.2.into()), "{document}");
+    let summary = document["summary"].as_str().expect("words");
+    assert!(summary.starts_with("Only until 0.100 s of 0.200 s: "), "{summary}");
+
     // The scene says what it is, and makes the steps of the plan.
     let planned = read("planned.toml");
+    assert!(
+        planned.lines().next().is_some_and(|line| line.ends_with(" until 0.100 s of 0.200 s.")),
+        "{planned}"
+    );
     assert!(planned.starts_with("# Method, steps and precision by `nappe plan scene`"), "{planned}");
     let done = nappe_in(folder.path(), &["run", "planned.toml", "--steps", "20", "--json"]).ok();
     let run: Value = serde_json::from_str(done.stdout.lines().last().expect("a line")).expect("JSON");
@@ -80,7 +90,9 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     assert_eq!(document["runs_steps"], 40, "{document}");
     // Twenty steps of 5 ms: the end of the window.
     assert_eq!((&document["until_s"], &run["state_hash"]), (&0.1.into(), &document["state_hash"]), "{run}");
-    assert!(document["terms"].as_array().is_some_and(|terms| terms.len() >= 3), "{document}");
+    let terms = document["terms"].as_array().expect("terms");
+    assert!(terms.len() >= 3, "{document}");
+    assert_eq!(terms.last().map(|term| &term["name"]), Some(&"particles: a quarter".into()), "{document}");
 
     let again = [&args[..], &["--write", "planned.toml"]].concat();
     let refused = nappe_in(folder.path(), &again);
@@ -129,6 +141,33 @@ fn a_scene_whose_bending_does_nothing_is_written_without_it_and_says_so() {
 }
 
 #[test]
+fn the_end_of_a_scene_is_planned_and_written() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let args = ["plan", &scene, "--tolerance", "1mm", "--out", "out", "--write", "planned.toml"];
+    let asked = ["--measure", "particle.bottom_left.y", "--method", "velocity_verlet_pc", "--json"];
+    let said = nappe_in(folder.path(), &[&args[..], &asked].concat()).ok().json();
+    assert_eq!(said["met"], true, "{said}");
+    let compared = &said["compared"];
+    assert_eq!(
+        (&compared["measure"], &compared["times"]),
+        (&"particle.bottom_left.y".into(), &40.into()),
+        "{said}"
+    );
+    assert_eq!(compared["until_s"], compared["of_s"], "{said}");
+    let document = fs::read_to_string(folder.path().join("out/plan.json")).expect("a plan");
+    let document: Value = serde_json::from_str(&document).expect("JSON");
+    assert_eq!(document["compared"], *compared);
+    let summary = document["summary"].as_str().expect("words");
+    assert!(
+        summary.starts_with("Take ") && summary.contains(" off in y of particle bottom_left until 0.200 s"),
+        "{summary}"
+    );
+    let planned = fs::read_to_string(folder.path().join("planned.toml")).expect("a scene");
+    assert!(planned.contains("m in y of particle bottom_left until 0.200 s.\n"), "{planned}");
+}
+
+#[test]
 fn a_scene_that_is_written_runs_to_its_end_and_has_the_state_that_the_plan_says() {
     for (text, tolerance, method) in [(CHAIN, "1mm", None), (SNOW, "5mm", Some("pic_flip_quadratic"))] {
         for leave_out in [None, Some("--leave-out")] {
@@ -172,6 +211,14 @@ fn what_cannot_be_planned_is_refused_before_anything_is_computed() {
         "did you mean 'velocity_verlet'?",
     );
     refused(&[&scene, "--tolerance", "1mm", "--until=-1"], "a number of seconds above 0 is needed");
+    refused(
+        &[&scene, "--tolerance", "1mm", "--measure", "end", "--until", "0.0123"],
+        "the nearest are 0.01 s and 0.015 s",
+    );
+    refused(
+        &[&scene, "--tolerance", "1mm", "--measure", "heat"],
+        "there is no such measure; allowed: motion",
+    );
     refused(&[&scene, "--tolerance", "1mm", "--leave-out"], "--write <FILE>");
     refused(
         &[&scene, "--tolerance", "1mm", "--write", "missing/x.toml"],

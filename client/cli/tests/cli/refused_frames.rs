@@ -72,6 +72,8 @@ fn frames_that_do_not_fit_a_run_are_refused_by_name() {
     refused(&start(&[]), &["frame-000004.ply: the numbers are none that this version tells"]);
     fs::write(&frame, &whole[..whole.len() / 2]).expect("written");
     refused(&start(&[]), &["frame-000004.ply"]);
+    fs::write(&frame, &whole[..100]).expect("written");
+    refused(&start(&[]), &["frame-000004.ply", "ends within its header"]);
     fs::write(&frame, &whole).expect("written");
 
     nappe_in(here.path(), &["run", &scene, "--save", "plain", "--steps", "2"]).ok();
@@ -131,6 +133,8 @@ fn folders_that_no_run_goes_on_in_are_refused_by_name() {
     refused(&resume("empty"), &["the folder empty holds no frame"]);
     let both = ["run", &scene, "--resume", "frames", "--save", "other"];
     assert_eq!(nappe_in(here.path(), &both).code, Some(2), "one of them says where");
+    let wide = ["run", &scene, "--resume", "frames", "--precision", "f64"];
+    refused(&nappe_in(here.path(), &wide), &["is in f32, and the run is to be in f64"]);
 
     // The scene file changed since.
     write_scene(here.path(), &SMALL_SCENE.replace("stiffness = 200.0", "stiffness = 150.0"));
@@ -158,4 +162,18 @@ fn folders_that_no_run_goes_on_in_are_refused_by_name() {
         let file = |folder: &str| fs::read(here.path().join(format!("{folder}/frame-{number:06}.ply")));
         assert!(file("frames").expect("a frame") == file("whole").expect("a frame"), "frame {number}");
     }
+}
+
+#[test]
+fn a_frame_that_was_cut_off_within_its_header_is_left_out() {
+    let (here, scene) = saved();
+    let last = here.path().join("frames/frame-000010.ply");
+    let whole = fs::read(&last).expect("a frame");
+    fs::write(&last, &whole[..100]).expect("written");
+    let run = ["run", &scene, "--json"];
+    let done = nappe_in(here.path(), &[&run[..], &["--resume", "frames"]].concat()).ok();
+    assert!(done.stderr.contains("a frame is left out that cannot be read"), "{}", done.stderr);
+    let end = nappe_in(here.path(), &run).ok().json();
+    assert_eq!(done.json()["state_hash"], end["state_hash"]);
+    assert!(fs::read(&last).expect("a frame") == whole, "it is there again");
 }

@@ -97,6 +97,37 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
 }
 
 #[test]
+fn limits_of_cloth_with_a_thickness_are_not_known_and_the_reason_is_said() {
+    let folder = folder();
+    let scene = SMALL_SCENE.replace("[12, 12]", "[5, 5]").replace("mass =", "thickness = 0.004\nmass =");
+    let scene = write_scene(folder.path(), &scene);
+    let args = ["stability", &scene, "--out", "out", "--until", "0.05", "--effort", "0"];
+    let methods = ["--method", "velocity_verlet,implicit_euler_absolute"];
+    let done = nappe_in(folder.path(), &[&args[..], &methods].concat()).ok();
+    for part in ["not known: refused", "thickness is 0.004 m", "4 limits"] {
+        assert!(done.stdout.contains(part), "{part}: {}", done.stdout);
+    }
+    assert!(!done.stdout.contains("none holds"), "{}", done.stdout);
+    let (rows, document) = check_files(&folder.path().join("out"));
+    for over in ["at_rest", "under_load"] {
+        let limits = document["limits"][over].as_array().expect("limits");
+        assert_eq!(limits.len(), 2, "{over}: {document}");
+        for limit in limits {
+            assert_eq!(limit["outcome"], "refused", "{limit}");
+            assert!(limit["limit_s"].is_null(), "{limit}");
+            assert!(limit["cause"].as_str().is_some_and(|cause| cause.contains("thickness")), "{limit}");
+        }
+    }
+    let as_run: Vec<_> = rows.iter().filter(|row| row.contains(",certified,")).collect();
+    assert_eq!(as_run.len(), 8, "{as_run:?}");
+    assert!(
+        as_run
+            .iter()
+            .any(|row| row.contains("implicit_euler_absolute,dt,0.005,,,") && !row.contains("refused"))
+    );
+}
+
+#[test]
 fn springs_without_damping_are_damped_by_shares_of_the_critical_one_and_that_is_said() {
     let folder = folder();
     let scene = write_scene(folder.path(), &SMALL_SCENE.replace("damping = 0.01", "damping = 0"));

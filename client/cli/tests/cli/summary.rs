@@ -8,6 +8,7 @@ use nappe_sim::{
     mesh::TriangleMesh,
     world::WorldSetup,
 };
+use serde_json::Value;
 
 use crate::{
     going_on::timed,
@@ -45,9 +46,36 @@ fn numbers(setup: &WorldSetup, frame: &TriangleMesh) -> Numbers {
     Numbers { stretch, energy }
 }
 
+fn bytes(folder: &Path, number: usize) -> Vec<u8> {
+    std::fs::read(folder.join(format!("frame-{number:06}.ply"))).expect("a frame")
+}
+
+/// The time (s) of a frame.
+fn time_of(folder: &Path, number: usize) -> f64 {
+    let bytes = bytes(folder, number);
+    let text = String::from_utf8_lossy(&bytes);
+    let time = text.lines().find_map(|line| line.strip_prefix("comment time_seconds "));
+    time.expect("a time").parse().expect("a number")
+}
+
 fn read(folder: &Path, number: usize) -> TriangleMesh {
-    let bytes = std::fs::read(folder.join(format!("frame-{number:06}.ply"))).expect("a frame");
+    let bytes = bytes(folder, number);
     read_ply(&bytes, "frame.ply").expect("a frame is a mesh").mesh
+}
+
+/// What the summary says of a run in f64 with a frame per step is what its frames say of themselves.
+fn check_said(name: &str, told: &Value, folder: &Path, steps: usize) {
+    let files = std::fs::read_dir(folder).expect("the folder");
+    let names = files.map(|file| file.expect("an entry").file_name().to_string_lossy().into_owned());
+    assert_eq!(told["frames"], names.filter(|file| file.starts_with("frame-")).count(), "{name}");
+    assert_eq!(told["saved"], "frames", "{name}");
+    assert_eq!(told["particles"], read(folder, 0).points.len(), "{name}");
+    let header = String::from_utf8_lossy(&bytes(folder, 0)).into_owned();
+    assert!(told["precision"] == "f64" && header.contains("property double x\n"), "{name}: {header}");
+    for (key, time) in [("dt", time_of(folder, 1)), ("time", time_of(folder, steps))] {
+        let off = (told[key].as_f64().expect("a number") - time).abs();
+        assert!(off <= 1e-12 * time, "{name}: {key} is {}, not {time}", told[key]);
+    }
 }
 
 #[test]
@@ -88,6 +116,7 @@ fn every_number_is_that_of_the_frames_over_the_run_or_at_its_end() {
             );
         };
 
+        check_said(name, &told, &here.path().join("frames"), steps);
         assert_eq!((&told["steps"], &told["frames"]), (&steps.into(), &(steps + 1).into()), "{name}");
         let springs: usize = setup.bodies.iter().map(|body| body.network.springs.len()).sum();
         assert_eq!(told["springs"], springs, "{name}");
@@ -115,4 +144,27 @@ fn every_number_is_that_of_the_frames_over_the_run_or_at_its_end() {
         fallen += usize::from(frames[steps].stretch < largest * (1.0 - 1e-6));
     }
     assert!(fallen > 1, "in some scenes the largest stretch is not the last one");
+}
+
+#[test]
+fn the_work_of_given_forces_is_that_of_the_last_step() {
+    let force = [0.01, 0.02, 0.03];
+    let pushed =
+        "integrator = \"symplectic_euler\"\nforce = [{ on = \"all\", force = [0.01, 0.02, 0.03] }]\npins = ";
+    let dt = 0.001;
+    let text = SMALL_SCENE.replace("dt = 0.005", "dt = 0.001").replace("pins = ", pushed);
+    let here = folder();
+    let scene = write_scene(here.path(), &text);
+    let asked = ["--precision", "f64", "--frame-interval", "1", "--fields", "velocity"];
+    let run = ["run", &scene, "--save", "frames", "--json"];
+    let told = nappe_in(here.path(), &[&run[..], &asked].concat()).ok().json();
+
+    // The force of a kick times the mean of the velocities before it and after it; pins stay where they are.
+    let [before, after] = [39, 40].map(|number| read(&here.path().join("frames"), number).velocities);
+    let of_particle = |(before, after): (&[f64; 3], &[f64; 3])| {
+        (0..3).map(|c| 0.5 * dt * force[c] * (before[c] + after[c])).sum::<f64>()
+    };
+    let work: f64 = before.iter().zip(&after).map(of_particle).sum();
+    let found = told["external_work_at_end"].as_f64().expect("a number");
+    assert!(work.abs() > 1e-6 && (found - work).abs() <= 1e-9 * work.abs(), "{found} J, not {work} J");
 }

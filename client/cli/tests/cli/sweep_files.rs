@@ -146,8 +146,8 @@ fn a_sweep_over_one_key_or_two_has_a_picture_and_others_say_why_not() {
     let one = ["--set", "body.sheet.drag=0,0.001,0.01", "--steps", "2"];
     let two = [&one[..], &["--set", "body.sheet.integrator=explicit_euler,bdf2", "--force"]].concat();
     for (args, words) in [
-        (&one[..], &["body.sheet.drag", "energy_j", "max_stretch"][..]),
-        (&two[..], &["body.sheet.drag", "body.sheet.integrator", "max_stretch"]),
+        (&one[..], &["body.sheet.drag (N s/m)", "energy_j", "max_stretch"][..]),
+        (&two[..], &["body.sheet.drag (N s/m)", "body.sheet.integrator<", "max_stretch"]),
     ] {
         let done = sweep(here, args).ok();
         assert!(done.stdout.contains("out/sweep.svg"), "{}", done.stdout);

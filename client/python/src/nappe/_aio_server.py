@@ -19,8 +19,10 @@ from nappe import _uploads as uploads
 from nappe._aio_loop import OwnLoop, is_cancelled
 from nappe._aio_opening import Opening
 from nappe._aio_session import Session
+from nappe._begun import read_begin
 from nappe._contract import METHODS, Message
 from nappe._errors import Unauthenticated, from_call
+from nappe._frames import Frame
 from nappe._launch import ServerProcess
 from nappe._requests import Call
 from nappe._sync_server import check_usable
@@ -115,10 +117,13 @@ class Server:
         step_limit: int | None = None,
         frame_interval_steps: int = 0,
         rank_count: int = 0,
+        begin: Frame | str | os.PathLike[str] | None = None,
     ) -> Opening[Session]:
         async def make() -> Session:
+            begun = read_begin(begin)
             given = uploads.read_scene(scene)
             ids = {name: (await self.upload_file(path)).mesh_id for name, path in given.meshes.items()}
+            at = None if begun is None else begun.message((await self._upload(begun.mesh)).mesh_id)
             answer = await self._call(
                 requests.create(
                     scene_name=given.name,
@@ -129,9 +134,16 @@ class Server:
                     step_limit=step_limit,
                     frame_interval_steps=frame_interval_steps,
                     rank_count=rank_count,
+                    begin=at,
                 )
             )
-            return Session(self, answer.session, given.text, made_here=True, warnings=answer.warnings)
+            told = (*answer.warnings, *(begun.warnings if begun else ()))
+            made = Session(self, answer.session, given.text, made_here=True, warnings=told)
+            fault = begun.fault(answer.session) if begun else None
+            if fault is not None:
+                await made.delete()
+                raise fault
+            return made
 
         return Opening("server.create(...)", make)
 

@@ -81,6 +81,8 @@ class Frame(Arrays):
         """Its arrays over the particles, read-only, under their names."""
         self._topology = topology
         self._diagnostics = wire.diagnostics if wire.HasField("diagnostics") else None
+        # What steps depend on beside the arrays, of frames that have velocities.
+        self._carried = wire.carried if wire.HasField("carried") else None
         self.number: int = wire.frame
         """Frame number. Frame 0 is the initial state."""
         self.step: int = wire.step

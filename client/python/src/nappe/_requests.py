@@ -117,6 +117,7 @@ def create(
     step_limit: int | None,
     frame_interval_steps: int,
     rank_count: int,
+    begin: Message | None = None,
 ) -> Call[Message]:
     """A new session. Its request id makes a repeated request return the session of the first."""
     if precision not in tuple(_PRECISIONS):
@@ -135,6 +136,8 @@ def create(
         message.scene_text = scene_text
     else:
         message.scene_name = scene_name or ""
+    if begin is not None:
+        message.begin.CopyFrom(begin)
     return Call("CreateSession", message, CREATE_LIMIT, lambda answer: answer)
 
 

@@ -17,8 +17,10 @@ from numpy.typing import ArrayLike
 from nappe import _requests as requests
 from nappe import _targets as targets
 from nappe import _uploads as uploads
+from nappe._begun import read_begin
 from nappe._contract import METHODS, Message
 from nappe._errors import Closed, Error, Unauthenticated, from_call
+from nappe._frames import Frame
 from nappe._launch import ServerProcess
 from nappe._requests import Call
 from nappe._sync_session import Session
@@ -117,8 +119,14 @@ class Server:
         step_limit: int | None = None,
         frame_interval_steps: int = 0,
         rank_count: int = 0,
+        begin: Frame | str | os.PathLike[str] | None = None,
     ) -> Session:
         """Makes a session, paused before its first step.
+
+        `begin`: a frame of this scene at which it begins, with its step and its time, instead of at the start: a
+        `Frame` with velocities, or the path of a PLY file with them, or of a folder of such, of which the last frame
+        counts. The session goes on as the one that the frame is of, to the bit; `warnings` tells what the frame lacks.
+        A frame in another precision is refused, and so are scenes with snow.
 
         `scene`: the name of a scene that the server ships, the text of a scene file, or a path to one (a text that
         ends in `.toml`, or a `Path`), whose mesh files are uploaded. `id`: 1 to 63 letters (a-z, A-Z), digits and '-',
@@ -127,8 +135,10 @@ class Server:
         `frame_interval_steps`: steps between frames. `rank_count`: ranks of a cluster that step it. What is not given
         is as the scene says.
         """
+        begun = read_begin(begin)
         given = uploads.read_scene(scene)
         ids = {name: self.upload_file(path).mesh_id for name, path in given.meshes.items()}
+        at = None if begun is None else begun.message(self._upload(begun.mesh).mesh_id)
         answer = self._call(
             requests.create(
                 scene_name=given.name,
@@ -139,9 +149,16 @@ class Server:
                 step_limit=step_limit,
                 frame_interval_steps=frame_interval_steps,
                 rank_count=rank_count,
+                begin=at,
             )
         )
-        return Session(self, answer.session, given.text, made_here=True, warnings=answer.warnings)
+        told = (*answer.warnings, *(begun.warnings if begun else ()))
+        made = Session(self, answer.session, given.text, made_here=True, warnings=told)
+        fault = begun.fault(answer.session) if begun else None
+        if fault is not None:
+            made.delete()
+            raise fault
+        return made
 
     def upload(
         self,

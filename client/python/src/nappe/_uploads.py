@@ -95,6 +95,14 @@ def from_arrays(
     return Mesh(header, (memoryview(packed),))
 
 
+def from_state(positions: ArrayLike, velocities: ArrayLike, name: str) -> Mesh:
+    """The particles of a frame: positions (n, 3) (m) and velocities (n, 3) (m/s)."""
+    where = array(positions, "positions", (-1, 3))
+    speed = array(velocities, "velocities", (len(where), 3))
+    header = MESSAGES["MeshHeader"](name=name, point_count=len(where), velocity_count=len(speed))
+    return Mesh(header, (memoryview(where.tobytes() + speed.tobytes()),))
+
+
 def _corners(triangles: ArrayLike) -> NDArray[np.int64]:
     """Triangles as whole numbers; an empty list is no triangles."""
     try:

@@ -1,5 +1,7 @@
 //! A collider of the scene: its mesh, if it has one, is counted, moved and closed before a solid is made of it.
 
+use std::mem;
+
 use nappe_sim::{
     collide::{Collider, shape::MeshSolid},
     mesh::TriangleMesh,
@@ -51,22 +53,22 @@ pub(super) fn build(
 ) -> Result<Made, SceneError> {
     let (mut solid, mut warnings) = (None, Vec::new());
     let collider = text.assemble(at, |mesh| {
-        let (welded, mended) = mended(mesh, at, meshes, size)?;
+        let (welded, mut mended) = mended(mesh, at, meshes, size)?;
+        let surface = mem::take(&mut mended.surface);
+        let made = MeshSolid::new(surface.points, surface.triangles);
+        let made = made.map_err(|why| at.key("mesh").error(ErrorKind::BadMesh, why))?;
         warnings.extend(welded);
         warnings.extend(told(&mended));
-        let parts = MeshParts::of(&mended);
+        let parts = MeshParts::of(&mended, made.crossings());
         warnings.extend(parts.told());
-        let Mended { surface, holes, .. } = mended;
-        warnings.extend(units::question_of_solid(&surface.points, parts.volume));
+        warnings.extend(units::question_of_solid(made.points(), parts.volume));
         solid = Some(ColliderSolid {
             name: text.name.clone(),
-            triangles: surface.triangles.len(),
-            holes_closed: holes,
+            triangles: made.triangles().len(),
+            holes_closed: mended.holes,
             volume: parts.volume,
             parts,
         });
-        let made = MeshSolid::new(surface.points, surface.triangles);
-        let made = made.map_err(|why| at.key("mesh").error(ErrorKind::BadMesh, why))?;
         // The transform takes the origin there.
         Ok(made.with_origin(mesh.transform.translate).into())
     })?;

@@ -24,6 +24,8 @@ pub(crate) struct Mended {
     pub(crate) surface: TriangleMesh,
     /// The same with its parts.
     pub(crate) closed: Closed,
+    /// The number of each triangle in the file; those that fill holes have numbers after these.
+    pub(crate) numbers: Vec<u32>,
     /// Parts that are holes in others.
     pub(crate) hollows: usize,
     /// The first triangles of the parts that were turned round; none where all of them were.
@@ -54,6 +56,7 @@ fn mend_triangles(mesh: &TriangleMesh, holes: Holes, mut kept: Vec<Numbered>) ->
         Holes::Filled => fill_holes(&mut kept, next, &mesh.points)?,
     };
     let shells = turn_round(&mesh.points, &mut kept)?;
+    let numbers = kept.iter().map(|(number, _)| *number).collect();
     let closed = Closed::of(&mesh.points, kept)?;
     if let Some(part) = closed.parts.iter().find(|part| part.volume.abs() <= FLAT * cube(part.bounds)) {
         return Err(NotClosed::FlatPart { triangle: part.first });
@@ -67,7 +70,7 @@ fn mend_triangles(mesh: &TriangleMesh, holes: Holes, mut kept: Vec<Numbered>) ->
     let (points, triangles) = (closed.points.clone(), closed.triangles.clone());
     let mut surface = TriangleMesh { points, triangles, ..TriangleMesh::default() };
     surface.drop_unused();
-    Ok(Mended { surface, closed, hollows, turned, repeated, holes })
+    Ok(Mended { surface, closed, numbers, hollows, turned, repeated, holes })
 }
 
 /// Turns parts round that are turned the wrong way: solids outwards, holes in them inwards. Gives the parts as they were. Those

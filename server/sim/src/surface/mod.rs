@@ -21,6 +21,7 @@ pub use crossings::{Crossing, Crossings};
 pub use distance::{Closest, Inside, PairKind, closest, edge_edge, vertex_triangle};
 pub use faces::Faces;
 pub use predicates::crosses;
+pub(crate) use predicates::{comes_to, turn_above};
 pub use separation::{between_middles, gap_along};
 pub use touching::touching;
 pub use tree::{Candidate, Tree, Unlisted, Wanted};

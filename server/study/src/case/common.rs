@@ -68,9 +68,26 @@ impl CommonPoints {
         (of_fine.objects.len() == of_coarse.objects.len()).then_some(Self { points })
     }
 
+    /// Of a case and a coarser copy of it, whose cloths have these grids, as [`Self::of_cloth`] takes them. None where they have no point
+    /// in common.
+    pub fn between(fine: &Case, coarse: &Case, grids: &[[[u32; 2]; 2]]) -> Option<Self> {
+        let points =
+            if fine.is_snow() { Self::of_snow(fine, coarse) } else { Self::of_cloth(fine, coarse, grids) };
+        points.filter(|points| points.count() > 0)
+    }
+
     /// How many there are.
     pub const fn count(&self) -> usize {
         self.points.len()
+    }
+
+    /// How far (m) what is compared of one run is from what is compared of a run of this case: at the points in common where they are
+    /// given, as the one is of a coarser copy then, unless a number is compared.
+    pub(crate) fn apart(points: Option<&Self>, case: &Case, observed: &[f64], known: &[f64]) -> f64 {
+        match points {
+            Some(points) if case.measure().is_of_positions() => points.rms(observed, known),
+            _ => case.distance(observed, known),
+        }
     }
 
     /// Root of the mean square over the points of how far (m) a state of the coarser copy is from a state of the fine case.

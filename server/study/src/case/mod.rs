@@ -1,9 +1,11 @@
 //! What is studied: the cloths of a scene as it is written, or its snow where it has no cloth, and distances between their states.
 
 mod times;
+mod measure;
 mod common;
 
 pub use common::CommonPoints;
+pub use measure::{Measure, NoMeasure};
 pub use times::{Times, TimesError};
 
 use nappe_sim::{
@@ -27,6 +29,8 @@ pub struct Case {
     masses: Vec<f64>,
     /// The first particle of each body, and the end.
     bounds: Vec<usize>,
+    /// What of it is compared.
+    measure: Measure,
 }
 
 /// Nothing to be studied.
@@ -61,12 +65,42 @@ impl Case {
         });
         let bounds = std::iter::once(0).chain(ends).collect();
         let masses = of_bodies.concat();
-        Ok(Self { name: name.to_owned(), precision, setup, changes, masses, bounds })
+        let measure = Measure::default();
+        Ok(Self { name: name.to_owned(), precision, setup, changes, masses, bounds, measure })
     }
 
     /// Whether it is snow, and not cloth.
     pub const fn is_snow(&self) -> bool {
         self.setup.snow.is_some()
+    }
+
+    /// What of it is compared: its motion, if nothing else was asked for.
+    pub const fn measure(&self) -> &Measure {
+        &self.measure
+    }
+
+    /// The same, of which something else is compared.
+    ///
+    /// # Errors
+    /// What it does not have: a weight, along which heights are told, or a particle.
+    pub fn measuring(self, measure: Measure) -> Result<Self, NoMeasure> {
+        let is_height = matches!(measure, Measure::Energy | Measure::Sag);
+        if is_height && self.weight() == 0.0 {
+            return Err(NoMeasure::NoWeight);
+        }
+        let count = self.particle_count();
+        if let Measure::Coordinate { particle, axis, .. } = measure
+            && (particle >= count || axis >= Measure::AXES.len())
+        {
+            return Err(NoMeasure::NoCoordinate { particle, axis, count });
+        }
+        Ok(Self { measure, ..self })
+    }
+
+    /// The cloths: their names, the places of their first particles, and what they are made of.
+    pub fn cloths(&self) -> impl Iterator<Item = (&str, usize, &Network)> {
+        let bodies = self.setup.bodies.iter().zip(&self.bounds);
+        bodies.map(|(body, first)| (body.name.as_str(), *first, &body.network))
     }
 
     /// Time step of the world as it is written (s).
@@ -77,6 +111,11 @@ impl Case {
     /// Whether pins move: steps of the world are then the scene's own, which pins are sent in.
     pub fn has_moving_pins(&self) -> bool {
         self.changes.iter().any(|change| matches!(change, Change::Pin { .. } | Change::PinPath { .. }))
+    }
+
+    /// Whether a cloth has a thickness: surfaces are kept apart by implicit Euler alone, in steps that are checked.
+    pub fn is_thick(&self) -> bool {
+        self.setup.bodies.iter().any(|body| body.network.thickness > 0.0)
     }
 
     /// Number of particles.
@@ -114,6 +153,42 @@ impl Case {
             count += 1;
         }
         if count == 0 { 0.0 } else { (sum / f64::from(count)).sqrt() }
+    }
+
+    /// What is compared of a state with these positions (m) and this total energy (J): the positions, or the number (m) that is
+    /// measured.
+    pub(crate) fn observed(&self, positions: Vec<f64>, energy: f64) -> Vec<f64> {
+        match &self.measure {
+            Measure::Motion | Measure::End => positions,
+            Measure::Energy => vec![energy / self.weight()],
+            Measure::Sag => vec![self.sag(&positions)],
+            Measure::Coordinate { particle, axis, .. } => vec![positions[3 * particle + axis]],
+        }
+    }
+
+    /// How far (m) what is compared of one state is from what is compared of another.
+    pub fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
+        if self.measure.is_of_positions() { self.rms(a, b) } else { (a[0] - b[0]).abs() }
+    }
+
+    /// The size of gravity (m/s²).
+    fn pull(&self) -> f64 {
+        self.setup.gravity.iter().map(|g| g * g).sum::<f64>().sqrt()
+    }
+
+    /// The weight (N) of all that is free.
+    fn weight(&self) -> f64 {
+        self.pull() * self.masses.iter().sum::<f64>()
+    }
+
+    /// How far (m) the lowest of some particles lies below the highest, along gravity.
+    fn sag(&self, positions: &[f64]) -> f64 {
+        let depth = |x: &[f64]| x.iter().zip(&self.setup.gravity).map(|(x, g)| x * g).sum::<f64>();
+        let depths = positions.chunks_exact(3).map(depth);
+        let [least, most] = depths.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], depth| {
+            [f64::min(least, depth), f64::max(most, depth)]
+        });
+        (most - least) / self.pull()
     }
 
     /// How far (m) the centre of mass of the free particles of a body is in one state from where it is in another: the

@@ -11,14 +11,16 @@ mod rows;
 pub(crate) mod timing;
 mod of_cloth;
 pub(crate) mod of_snow;
+mod coarser;
 mod compare;
 pub mod profile;
 
+pub use coarser::{Coarser, add_coarser};
 pub use compare::{chart, line_names};
 pub use front::cheapest;
 pub use line::Dropped;
 pub(crate) use line::{Line, Tries, lines};
-pub use of_cloth::{Chart, Limit};
+pub use of_cloth::{Chart, CoarserRows, Limit};
 pub(crate) use of_cloth::{Kept, without_rows};
 pub(crate) use of_snow::CUBIC;
 pub use request::Request;

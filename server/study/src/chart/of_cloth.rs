@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use super::{front, request::Request, row::Row, rows::rows, timing};
 use crate::{
-    case::{Case, Times},
+    case::{Case, Measure, Times},
     method::Stepped,
+    quantity::moment,
     reference::{Chosen, Effort, NoReference, OPEN, Reference, Scan, chosen, reference, scan},
     run::{Budget, End, Phase},
 };
@@ -43,6 +44,10 @@ pub enum Limit {
 /// The chart of a scene.
 #[derive(Clone, Debug)]
 pub struct Chart {
+    /// What is compared.
+    pub measure: Measure,
+    /// When the scene ends (s), whatever is compared of it; that which was asked for where it has no end.
+    pub end: f64,
     /// Error that matters (m).
     pub tolerance: f64,
     /// The class of effort of the reference; none where it came to none.
@@ -64,10 +69,21 @@ pub struct Chart {
     pub floor: f64,
     /// Rows, in the order of methods, precisions and steps.
     pub rows: Vec<Row>,
+    /// Those of a coarser copy; none where it was not looked at.
+    pub coarser: Option<CoarserRows>,
     /// Whether anything was left out for want of time.
     pub is_cut: bool,
     /// Whether somebody ended it.
     pub is_stopped: bool,
+}
+
+/// Rows of a coarser copy of the scene of a chart: compared with its reference at the points that both have in common.
+#[derive(Clone, Debug)]
+pub struct CoarserRows {
+    /// What the copy is called.
+    pub name: String,
+    /// The cheapest first.
+    pub rows: Vec<Row>,
 }
 
 /// Times at which a reference is kept.
@@ -83,10 +99,13 @@ pub(crate) enum Kept {
 const MOST_COORDINATES: u64 = 1 << 25;
 
 impl Chart {
-    /// Without a reference and rows yet, to a tolerance (m).
-    pub(super) fn new(tolerance: f64, limit: Limit, scan: Scan) -> Self {
+    /// Without a reference and rows yet.
+    pub(super) fn new(case: &Case, request: &Request, limit: Limit, scan: Scan) -> Self {
+        let asked = request.times.as_ref().map_or(request.end, |times| request.end.max(times.end()));
         Self {
-            tolerance,
+            measure: case.measure().clone(),
+            end: if request.scene_steps == 0 { asked } else { request.scene_steps as f64 * case.dt() },
+            tolerance: request.tolerance,
             effort: None,
             scan,
             whole: None,
@@ -96,6 +115,7 @@ impl Chart {
             limit,
             floor: 0.0,
             rows: Vec::new(),
+            coarser: None,
             is_cut: false,
             is_stopped: false,
         }
@@ -106,18 +126,40 @@ impl Chart {
         self.reference.as_ref().map_or(0.0, |reference| reference.times.end())
     }
 
-    /// The mean rate (1/s) at which copies grow apart until then; none of snow.
-    pub fn growth_rate(&self) -> Option<f64> {
-        self.scan.growth_rate(self.until())
+    /// Whether that is the end of the scene. A window that ends with it may leave out what is less than one of its intervals.
+    pub fn is_whole(&self) -> bool {
+        let share = if self.limit == Limit::Scene { 0.9 } else { 1.0 - 1e-9 };
+        self.until() >= share * self.end
     }
 
-    /// The finest row of an implicit method: how near another family comes to the reference.
+    /// What was compared and for how long, as it stands in a sentence: `until 0.120 s of 6.000 s`, `at the end, 6.000 s`.
+    pub fn compared(&self) -> String {
+        let until = moment(self.until());
+        let of = if self.is_whole() { String::new() } else { format!(" of {}", moment(self.end)) };
+        match &self.measure {
+            Measure::Motion => format!("until {until}{of}"),
+            Measure::End if of.is_empty() => format!("at the end, {until}"),
+            Measure::End => format!("at {until}{of}"),
+            measure => format!("in {} until {until}{of}", measure.words()),
+        }
+    }
+
+    /// The mean rate (1/s) at which copies grow apart until then; none of snow, and of what is not the motion.
+    pub fn growth_rate(&self) -> Option<f64> {
+        let is_motion = self.measure == Measure::Motion;
+        self.scan.growth_rate(self.until()).filter(|_| is_motion)
+    }
+
+    /// The finest row of an implicit method: how near another family comes to the reference. None where that is implicit too.
     pub fn other_family(&self) -> Option<&Row> {
-        let is_implicit = |row: &&Row| match row.stepped {
+        let is_implicit = |stepped: Stepped| match stepped {
             Stepped::Cloth(setting) => setting.method.integrator.is_implicit(),
             Stepped::Snow(_) => false,
         };
-        let implicit = self.rows.iter().filter(|row| !row.own).filter(is_implicit);
+        if self.reference.as_ref().is_some_and(|reference| is_implicit(reference.stepped)) {
+            return None;
+        }
+        let implicit = self.rows.iter().filter(|row| !row.own && is_implicit(row.stepped));
         let held = implicit.filter_map(|row| Some((row.error()?, row)));
         held.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, row)| row)
     }
@@ -163,7 +205,7 @@ fn compared(case: &Case, request: &Request, kept: Kept, phase: &Phase, tell: &dy
     let chosen = match chosen(case, request.effort, ends, phase) {
         Ok(chosen) => chosen,
         Err(missing) => {
-            let chart = Chart::new(request.tolerance, Limit::Scene, Scan::nothing(case));
+            let chart = Chart::new(case, request, Limit::Scene, Scan::nothing(case));
             return Chart { effort: request.effort, missing: Some(missing), ..chart };
         }
     };
@@ -188,7 +230,7 @@ fn horizon(case: &Case, request: &Request, chosen: &Chosen, phase: &Phase, tell:
     let begin = Instant::now();
     let scan = scan(case, end, most, effort, phase);
     let seconds = begin.elapsed().as_secs_f64();
-    let mut chart = Chart::new(request.tolerance, limit(&scan, request), scan);
+    let mut chart = Chart::new(case, request, limit(&scan, request), scan);
     chart.effort = Some(chosen.effort);
     if chart.scan.end.cut().is_some() {
         // The scan has three copies of the scene; the reference takes longer.
@@ -208,13 +250,16 @@ fn referred(
 ) -> Chart {
     let allowed = OPEN * request.tolerance;
     let within = Times::even(chart.scan.spacing, chart.scan.count_within(allowed));
+    let every_step = |end: f64| {
+        let most = MOST_COORDINATES / (3 * case.particle_count().max(1)) as u64;
+        Times::every_step(end, case.dt(), most)
+    };
     let times = match (&request.times, kept) {
-        (Some(times), _) => times.clone(),
+        (Some(times), Kept::EveryStep) if !case.measure().is_of_positions() => every_step(times.end()),
+        (Some(times), Kept::EveryStep) => times.in_steps(case.dt()),
+        (Some(times), Kept::Few) => times.clone(),
         (None, Kept::Few) => within,
-        (None, Kept::EveryStep) => {
-            let most = MOST_COORDINATES / (3 * case.particle_count().max(1)) as u64;
-            Times::every_step(within.end(), case.dt(), most)
-        }
+        (None, Kept::EveryStep) => every_step(within.end()),
     };
     if times.count() > 0 {
         tell(&chosen.told("computing the reference"));
@@ -253,7 +298,7 @@ fn limit(scan: &Scan, request: &Request) -> Limit {
 impl Chart {
     /// Takes a reference over, and of its times those that runs are compared at.
     fn keep(&mut self, found: Reference, request: &Request, kept: Kept) {
-        let kept = if request.times.is_some() {
+        let known = if request.times.is_some() {
             found.clone()
         } else {
             let is_within = |error: &&f64| **error <= OPEN * self.tolerance;
@@ -270,13 +315,18 @@ impl Chart {
             };
             found.kept(count, stride)
         };
-        let error = kept.error();
+        let error = known.error();
         // Within a window copies stay within a quarter of the tolerance; at times that were asked for they may not.
-        self.floor = match request.times {
-            Some(_) => error.max(self.scan.largest_until(kept.times.end())),
-            None => error,
+        self.floor = match (&request.times, &self.measure) {
+            (None, _) => error,
+            (Some(_), Measure::Motion) => error.max(self.scan.largest_until(known.times.end())),
+            // What comes to rest may be known again after its way there is not.
+            (Some(_), _) => error.max(self.scan.largest_at(&known.times)),
         };
-        self.reference = (kept.times.count() > 0).then_some(kept);
+        // A plan promises nothing that is not known.
+        let is_promised = kept == Kept::EveryStep && self.measure != Measure::Motion;
+        let is_known = !is_promised || self.floor <= OPEN * self.tolerance;
+        self.reference = (known.times.count() > 0 && is_known).then_some(known);
         self.whole = Some(found);
     }
 }

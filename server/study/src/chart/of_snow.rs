@@ -47,7 +47,7 @@ pub(crate) fn of_snow(
 ) -> Chart {
     let settings = settings(snow, request);
     // Copies that start almost alike tell nothing that halved cells do not.
-    let mut chart = Chart::new(request.tolerance, Limit::Scene, Scan::nothing(case));
+    let mut chart = Chart::new(case, request, Limit::Scene, Scan::nothing(case));
     let phase = budget.until(REFERENCE);
     let left = phase.left();
     if let Err(missing) = compare(&mut chart, (case, snow), request, &phase, tell) {

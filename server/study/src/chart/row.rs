@@ -3,7 +3,7 @@
 use nappe_sim::report::Work;
 
 use crate::{
-    case::Case,
+    case::{Case, CommonPoints},
     method::Stepped,
     reference::Reference,
     run::{End, Failure, Run},
@@ -18,7 +18,8 @@ pub struct Row {
     pub dt: f64,
     /// Relative residual at which its linear solves end, if it makes any.
     pub tolerance: Option<f64>,
-    /// The largest over the comparison times of the rms over free particles of their distance from the reference (m).
+    /// The largest over the comparison times of the rms over free particles of their distance from the reference (m), or of how far a number
+    /// is from it that is measured.
     pub rms_error: Option<f64>,
     /// The largest over the comparison times of the distance of a body's centre of mass from that of the reference (m).
     pub centre_error: Option<f64>,
@@ -55,15 +56,18 @@ impl Row {
         run: &Run,
         against: (&Reference, &[usize]),
     ) -> Self {
-        let stepped = stepped.into();
-        let (reference, places) = against;
-        let largest = |distance: &dyn Fn(&[f64], &[f64]) -> f64| {
-            let is_whole = run.end == End::Reached && !places.is_empty();
-            let pairs = run.states.iter().zip(places.iter().map(|place| &reference.states[*place]));
-            is_whole.then(|| pairs.map(|(found, known)| distance(found, known)).fold(0.0, f64::max))
-        };
-        let rms_error = largest(&|a, b| case.rms(a, b));
-        let centre_error = largest(&|a, b| case.centre_distance(a, b));
+        Self::compared(case, stepped.into(), run, against, None)
+    }
+
+    /// The same of a coarser copy of the case of the reference, compared where both have points in common: nothing is said of its centres.
+    pub(crate) fn compared(
+        case: &Case,
+        stepped: Stepped,
+        run: &Run,
+        against: (&Reference, &[usize]),
+        points: Option<&CommonPoints>,
+    ) -> Self {
+        let [rms_error, centre_error] = errors(case, run, against, points);
         let end = match (&run.end, rms_error) {
             (End::Reached, Some(error)) if is_near(case, error) => End::Reached,
             (End::Reached, Some(_)) => End::Failed(far(case, run)),
@@ -73,7 +77,7 @@ impl Row {
         // A state that is beyond all numbers when it is squared has no distance.
         let [rms_error, centre_error] =
             [rms_error, centre_error].map(|error| error.filter(|error| error.is_finite()));
-        let interval = reference.times.interval;
+        let interval = against.0.times.interval;
         let (seconds, minimum_seconds) = match run.end {
             End::Reached => costs(&run.seconds, run.time),
             End::Costly => (None, None),
@@ -143,6 +147,23 @@ impl Row {
     pub fn error(&self) -> Option<f64> {
         self.rms_error.filter(|_| self.end == End::Reached)
     }
+}
+
+/// The largest distances (m) of a run from places in a reference: of free particles, or of points in common, and of centres of mass.
+fn errors(
+    case: &Case,
+    run: &Run,
+    (reference, places): (&Reference, &[usize]),
+    points: Option<&CommonPoints>,
+) -> [Option<f64>; 2] {
+    let largest = |distance: &dyn Fn(&[f64], &[f64]) -> f64| {
+        let is_whole = run.end == End::Reached && !places.is_empty();
+        let pairs = run.states.iter().zip(places.iter().map(|place| &reference.states[*place]));
+        is_whole.then(|| pairs.map(|(found, known)| distance(found, known)).fold(0.0, f64::max))
+    };
+    let has_centres = points.is_none() && case.measure().is_of_positions();
+    let centre = has_centres.then(|| largest(&|a, b| case.centre_distance(a, b))).flatten();
+    [largest(&|found, known| CommonPoints::apart(points, case, found, known)), centre]
 }
 
 /// Whether an error (m) is that of an answer at all. Where all particles start at one place, every finite one is.

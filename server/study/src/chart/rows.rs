@@ -85,7 +85,9 @@ pub(crate) fn rows(
     for line in &mut lines {
         line.expected = (line.method.expected_count() * line.method.weight() * times.count()) as f64;
     }
-    let tries = Tries { halved: Steps::Divided, count: MOST_LEVELS, tolerances: STEP_TOLERANCES.to_vec() };
+    // Raw steps of bodies with a thickness are refused: theirs divide those of the scene.
+    let halved: fn(u32) -> Steps = if case.is_thick() { parts } else { Steps::Divided };
+    let tries = Tries { halved, count: MOST_LEVELS, tolerances: STEP_TOLERANCES.to_vec() };
     let against = (reference, times.clone(), (0..reference.states.len()).collect());
     let mut search = Search::new(case, request, against, tries, lines);
     tell("the scene as it is written");
@@ -101,6 +103,11 @@ pub(crate) fn rows(
         row
     };
     (search.order().into_iter().map(marked).collect(), is_cut)
+}
+
+/// Steps of the scene that are halved so often.
+const fn parts(halvings: u32) -> Steps {
+    Steps::Fixed(1 << halvings)
 }
 
 /// The scene as it is written, at the comparison times at which its steps end.

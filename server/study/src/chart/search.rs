@@ -44,7 +44,7 @@ pub(crate) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// No rows yet, of those lines that are asked for.
+    /// No rows yet, of those lines that are asked for; where none is, of all that can step the case.
     pub(crate) fn new(
         case: &'a Case,
         request: &Request,
@@ -52,7 +52,9 @@ impl<'a> Search<'a> {
         tries: Tries,
         mut lines: Vec<Line>,
     ) -> Self {
-        lines.retain(|line| request.methods.is_empty() || request.methods.contains(&line.name()));
+        let can_step = |line: &Line| !case.is_thick() || line.method.keeps_apart();
+        let is_asked = |line: &Line| request.methods.contains(&line.name());
+        lines.retain(|line| if request.methods.is_empty() { can_step(line) } else { is_asked(line) });
         let (tolerance, rows) = (request.tolerance, Vec::new());
         Self { case, tolerance, reference, times, places, tries, lines, rows }
     }

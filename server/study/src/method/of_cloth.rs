@@ -115,6 +115,12 @@ impl Method {
         }
     }
 
+    /// Whether bodies with a thickness can be stepped by it.
+    pub(crate) const fn keeps_apart(self) -> bool {
+        matches!(self.integrator, Integrator::ImplicitEuler)
+            && matches!(self.minimizer, Minimizer::Auto { .. } | Minimizer::OneStep)
+    }
+
     /// Whether its particles move one by one, without a linear system.
     pub const fn is_by_sweeps(self) -> bool {
         self.integrator.is_implicit() && matches!(self.minimizer, Minimizer::VertexBlockDescent { .. })

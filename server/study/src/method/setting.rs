@@ -119,8 +119,11 @@ impl Setting {
         }
     }
 
-    /// Whether its steps fit into those of the world, where pins move.
+    /// Whether its steps fit into those of the world: where pins move, and where these are divided.
     pub(crate) fn fits(&self, case: &Case, interval: f64) -> bool {
+        if let Steps::Fixed(parts) = self.steps {
+            return parts <= MOST_SUBSTEPS;
+        }
         match self.dt(interval) {
             Some(dt) if case.has_moving_pins() => {
                 (1.0..=f64::from(MOST_SUBSTEPS)).contains(&(case.dt() / dt))

@@ -95,7 +95,7 @@ fn met_until(search: &Search<'_>, row: &Row, phase: &Phase) -> f64 {
     }
     let made = run(search.case, row.stepped, &search.times, phase);
     let pairs = made.states.iter().zip(&search.places);
-    let errors = pairs.map(|(found, place)| search.case.rms(found, &search.reference.states[*place]));
+    let errors = pairs.map(|(found, place)| search.case.distance(found, &search.reference.states[*place]));
     let count = errors.take_while(|error| *error <= search.tolerance).count();
     search.times.marks[..count].last().map_or(0.0, |mark| search.times.time(*mark))
 }

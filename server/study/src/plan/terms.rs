@@ -2,7 +2,7 @@
 
 use super::reach::{Found, Reach, reach};
 use crate::{
-    case::{Case, Times},
+    case::{Case, CommonPoints, Measure, Times},
     chart::{Row, median_seconds},
     method::{Setting, SnowSetting, Stepped, Variant},
     reference::Reference,
@@ -28,6 +28,9 @@ pub struct SceneTerms<'a> {
     pub names: &'a (dyn Fn(&Stepped) -> Vec<String> + Sync),
     /// The case of that scene without some of them, by their places among the names.
     pub without: &'a Without<'a>,
+    /// Columns and rows of the grid of each body, and of the one that it has in a coarser copy, `[fine, coarse]`, where a term is that a
+    /// copy would have fewer particles.
+    pub grids: &'a [[[u32; 2]; 2]],
     /// Whether what can go is left out.
     pub wanted: Terms,
 }
@@ -35,7 +38,7 @@ pub struct SceneTerms<'a> {
 impl SceneTerms<'_> {
     /// Of a scene of which no term can be removed.
     pub const NONE: SceneTerms<'static> =
-        SceneTerms { names: &no_names, without: &nothing_without, wanted: Terms::Kept };
+        SceneTerms { names: &no_names, without: &nothing_without, grids: &[], wanted: Terms::Kept };
 }
 
 fn no_names(_: &Stepped) -> Vec<String> {
@@ -53,8 +56,8 @@ pub struct Term {
     pub name: String,
     /// Its place among the terms of the scene.
     pub place: usize,
-    /// How far (m) the answer moves: the largest over the comparison times of the rms distance; none where a run without it fails,
-    /// and where there was no time for one.
+    /// How far (m) the answer moves: the largest over the comparison times of the rms distance, of a coarser copy at the points that both
+    /// have in common; none where a run without it fails, and where there was no time for one.
     pub change: Option<f64>,
     /// Why a run without it fails.
     pub failure: Option<String>,
@@ -95,6 +98,15 @@ pub(super) struct Looked {
     pub(super) reduced: Option<(Row, Reach)>,
     /// Whether there was no time to find out what can go.
     pub(super) is_cut: bool,
+}
+
+/// The case without some terms.
+struct Left {
+    case: Case,
+    /// How it is stepped.
+    stepped: Stepped,
+    /// What it has in common with the whole, where it has other particles.
+    points: Option<CommonPoints>,
 }
 
 /// Several terms that can go together.
@@ -150,29 +162,40 @@ pub(super) fn terms(
 
 impl Recommended<'_> {
     /// The case without some terms, and how it is stepped: by the same setting, but for what is removed of it.
-    fn left(&self, places: &[usize], scene: &SceneTerms<'_>) -> Result<(Case, Stepped), String> {
+    fn left(&self, places: &[usize], scene: &SceneTerms<'_>) -> Result<Left, String> {
         let stepped = self.found.row.stepped;
-        let left = (scene.without)(&stepped, places)?;
-        if left.particle_count() != self.case.particle_count() {
-            return Err("without it the scene has another number of particles".to_owned());
+        let case = (scene.without)(&stepped, places)?;
+        let is_copy = case.particle_count() != self.case.particle_count();
+        let measure = self.case.measure();
+        if is_copy && matches!(measure, Measure::Coordinate { .. }) {
+            return Err("without it the scene has other particles".to_owned());
         }
+        let case = case.measuring(measure.clone()).map_err(|error| error.to_string())?;
+        let points = if is_copy && measure.is_of_positions() {
+            let points = CommonPoints::between(self.case, &case, scene.grids);
+            let nowhere = || "without it no particle is at a place of the whole scene".to_owned();
+            Some(points.ok_or_else(nowhere)?)
+        } else {
+            None
+        };
         let stepped = match stepped {
-            Stepped::Cloth(setting) => Stepped::Cloth(Setting { precision: left.precision, ..setting }),
+            Stepped::Cloth(setting) => Stepped::Cloth(Setting { precision: case.precision, ..setting }),
             Stepped::Snow(setting) => {
-                let own = left.setup.snow.as_ref().map(|snow| Variant::of(&snow.settings));
-                let variant = own.unwrap_or(setting.variant);
-                Stepped::Snow(SnowSetting { precision: left.precision, variant, ..setting })
+                let own = case.setup.snow.as_ref().map(|snow| &snow.settings);
+                let variant = own.map_or(setting.variant, Variant::of);
+                let cell = own.map_or(setting.cell, |own| own.cell);
+                Stepped::Snow(SnowSetting { precision: case.precision, variant, cell, ..setting })
             }
         };
-        Ok((left, stepped))
+        Ok(Left { case, stepped, points })
     }
 
     /// How far (m) a run is from that of the whole case.
-    fn change(&self, whole: &Run, left: &Run) -> f64 {
+    fn change(&self, whole: &Run, left: &Run, points: Option<&CommonPoints>) -> f64 {
         let pairs = whole.states.iter().zip(&left.states);
         // What is not a number is no answer.
         let distance = |(whole, left): (&Vec<f64>, &Vec<f64>)| {
-            let distance = self.case.rms(whole, left);
+            let distance = CommonPoints::apart(points, self.case, left, whole);
             if distance.is_nan() { f64::INFINITY } else { distance }
         };
         pairs.map(distance).fold(0.0, f64::max)
@@ -207,15 +230,16 @@ impl Recommended<'_> {
         }
         let failed =
             |unknown: Term, cause: String| Term { failure: Some(cause), is_looked_at: true, ..unknown };
-        let made = match self.left(&[place], scene) {
-            Ok((case, stepped)) => run(&case, stepped, self.times, phase),
+        let left = match self.left(&[place], scene) {
+            Ok(left) => left,
             Err(cause) => return failed(unknown, cause),
         };
+        let made = run(&left.case, left.stepped, self.times, phase);
         match &made.end {
             End::Cut(_) | End::Costly => unknown,
             End::Failed(failure) => failed(unknown, failure.cause.clone()),
             End::Reached => {
-                let change = self.change(whole, &made);
+                let change = self.change(whole, &made, left.points.as_ref());
                 let counts = |run: &Run| (run.work.force_evaluations + run.work.matrix_products) as f64;
                 let seconds = [&made, whole].map(|run| median_seconds(&run.seconds));
                 let saved =
@@ -244,21 +268,22 @@ impl Recommended<'_> {
         if phase.is_over() {
             return Err(phase.cut());
         }
-        let Ok((case, stepped)) = self.left(places, scene) else { return Ok(None) };
+        let Ok(Left { case, stepped, points }) = self.left(places, scene) else { return Ok(None) };
         let made = run(&case, stepped, self.times, phase);
         match made.end {
             End::Cut(cut) => return Err(cut),
             End::Failed(_) | End::Costly => return Ok(None),
             End::Reached => {}
         }
-        let change = self.change(whole, &made);
+        let change = self.change(whole, &made, points.as_ref());
         if change >= self.allowed() {
             return Ok(None);
         }
         if scene.wanted == Terms::Kept {
             return Ok(Some(Together { change, reduced: None }));
         }
-        let row = Row::new(&case, stepped, &made, (self.reference, self.places));
+        let against = (self.reference, self.places);
+        let row = Row::compared(&case, stepped, &made, against, points.as_ref());
         if row.error().is_none_or(|error| error > self.tolerance) {
             return Ok(None);
         }

@@ -103,7 +103,7 @@ impl<'a> Ladder<'a> {
             times.marks.truncate(made.states.len());
             self.states.truncate(made.states.len());
             let pairs = self.states.iter().zip(&made.states);
-            self.distances.push(pairs.map(|(coarse, fine)| self.case.rms(coarse, fine)).collect());
+            self.distances.push(pairs.map(|(coarse, fine)| self.case.distance(coarse, fine)).collect());
             last = (SnowSetting::own(self.snow, self.precision, halving), made.dt);
             self.states = made.states;
             if has_failed {

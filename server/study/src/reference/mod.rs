@@ -13,5 +13,5 @@ pub(crate) use effort::OVERHEAD;
 pub(crate) use halved::{COST, F64_COST, halved};
 pub use nearest::{NoReference, Reference, reference};
 pub(crate) use pace::{Chosen, chosen, chosen_of_snow};
-pub(crate) use window::OPEN;
 pub use window::{DISPLACEMENT, SEED, Scan, scan};
+pub(crate) use window::{OPEN, THICK, counted};

@@ -4,11 +4,11 @@ use nappe_sim::report::Work;
 
 use super::{
     effort::{Effort, OVERHEAD},
-    window::REFERENCE,
+    window::{at_level, counted},
 };
 use crate::{
     case::{Case, Times},
-    method::{Setting, Stepped, Steps},
+    method::Stepped,
     run::{End, Phase, Run, run},
 };
 
@@ -24,7 +24,7 @@ const COST: f64 = 2.2;
 pub struct Reference {
     /// Times that it was computed at.
     pub times: Times,
-    /// Positions (m), x y z per particle, at each time.
+    /// What is compared at each time: positions (m), x y z per particle, or the number (m) that is measured.
     pub states: Vec<Vec<f64>>,
     /// Its own error (m) at each time: how far (rms) the last two extrapolations are apart, or the last two runs where
     /// these show no order.
@@ -81,7 +81,7 @@ impl Reference {
 
 /// Halves steps, which begin at most `step` (s) long, until the own error is below `wanted` (m) at all times, or the next run
 /// would take more work than the effort allows. Two runs are made in any case. A reference is the same whatever time there is for it, or
-/// there is none.
+/// there is none. Of bodies with a thickness times are multiples of the scene's time step, which their steps divide.
 ///
 /// # Errors
 /// When a step failed, or time was over before that.
@@ -93,8 +93,9 @@ pub fn reference(
     effort: Effort,
     phase: &Phase,
 ) -> Result<Reference, NoReference> {
+    let longest = if case.is_thick() { case.dt() } else { times.interval };
     let mut level = 0;
-    while times.interval / f64::from(level).exp2() > step * (1.0 + 1e-9) {
+    while longest / f64::from(level).exp2() > step * (1.0 + 1e-9) {
         level += 1;
     }
 
@@ -103,7 +104,7 @@ pub fn reference(
     let mut work = Work::default();
     let [mut seconds, mut all] = [0.0; 2];
     for _ in 0..HALVINGS {
-        let setting = Setting { steps: Steps::Divided(level), ..REFERENCE };
+        let setting = at_level(case, level);
         if !setting.fits(case, times.interval) {
             break;
         }
@@ -130,7 +131,7 @@ pub fn reference(
         let orders = orders.into_iter().map(f64::from).collect();
         let (times, step) = (times.clone(), made.dt);
         let new = Reference { times, states, own_error, orders, stepped, step, work };
-        let next = 2 * made.work.force_evaluations * (case.particle_count() as u64 + OVERHEAD);
+        let next = 2 * counted(made.work) * (case.particle_count() as u64 + OVERHEAD);
         let is_last = new.error() < wanted || next > effort.of_cloth();
         found = Some(new);
         if is_last {
@@ -157,7 +158,7 @@ fn whole(made: &Run, end: f64) -> f64 {
     if made.tried > 0.0 { made.elapsed * end / made.tried } else { f64::INFINITY }
 }
 
-/// Positions at each time.
+/// What is compared at each time.
 type States = Vec<Vec<f64>>;
 
 /// Runs, each with steps half as long as those of the one before; the last of them.
@@ -178,7 +179,8 @@ impl Ladder<'_> {
             return None;
         }
         let before = std::mem::replace(&mut self.runs, run);
-        let distances: Vec<f64> = before.iter().zip(&self.runs).map(|(a, b)| self.case.rms(a, b)).collect();
+        let distances: Vec<f64> =
+            before.iter().zip(&self.runs).map(|(a, b)| self.case.distance(a, b)).collect();
         let old = std::mem::replace(&mut self.distances, distances);
         let (mut states, mut errors, mut orders) = (Vec::new(), Vec::new(), Vec::new());
         let mut extrapolated = Vec::new();
@@ -187,7 +189,9 @@ impl Ladder<'_> {
             let new = order.map(|order| (order, extrapolate(coarse, fine, order)));
             let last = self.extrapolated.get(i).and_then(Option::as_ref);
             let (state, error) = match (&new, last) {
-                (Some((order, new)), Some((same, last))) if order == same => (new, self.case.rms(new, last)),
+                (Some((order, new)), Some((same, last))) if order == same => {
+                    (new, self.case.distance(new, last))
+                }
                 (Some((_, new)), _) => (new, self.distances[i]),
                 (None, _) => (fine, self.distances[i]),
             };

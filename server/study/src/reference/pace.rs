@@ -5,11 +5,11 @@ use nappe_sim::{math::Precision, snow::SnowSetup};
 use super::{
     effort::{Effort, OVERHEAD},
     nearest::NoReference,
-    window::{REFERENCE, level_within, shortest},
+    window::{at_level, certified, counted, first_level, shortest},
 };
 use crate::{
     case::{Case, Times},
-    method::{Setting, SnowSetting, Stepped, Steps},
+    method::{SnowSetting, Stepped},
     run::{End, Phase, Runner},
 };
 
@@ -75,12 +75,13 @@ pub(crate) fn chosen(
     let spacing = shortest(case, end);
     let times = Times::even(spacing, 1);
     // Where no run can begin, copies will tell why.
-    let Ok(bound) = Runner::start(case, &REFERENCE, &times, phase).map(|runner| runner.bound()) else {
+    let runner = Runner::start(case, &at_level(case, 0), &times, phase);
+    let Ok(bound) = runner.map(|runner| certified(case, &runner)) else {
         return Ok(Chosen::unmeasured(asked));
     };
-    let steps = Steps::Divided(level_within(spacing, bound));
+    let level = first_level(case, spacing, bound);
     let measured = Measured {
-        stepped: Stepped::Cloth(Setting { steps, ..REFERENCE }),
+        stepped: Stepped::Cloth(at_level(case, level)),
         times,
         particles: case.particle_count() as f64 + OVERHEAD as f64,
         of: Effort::of_cloth,
@@ -140,7 +141,11 @@ impl Measured {
         if needed > phase.left() {
             return Err(NoReference::Time(needed));
         }
-        let work = runner.work().force_evaluations as f64 * self.particles;
+        let work = match self.stepped {
+            Stepped::Cloth(_) => counted(runner.work()),
+            Stepped::Snow(_) => runner.work().force_evaluations,
+        };
+        let work = work as f64 * self.particles;
         let pace = ROOM * all * runner.elapsed() / work;
         let effort = asked.unwrap_or_else(|| Effort::within(phase.left() / pace, self.of));
         Ok(Chosen { effort, most: Some(pace * (self.of)(effort) as f64) })

@@ -6,6 +6,7 @@
 use nappe_sim::{
     cloth::{Hessian, Integrator},
     math::Precision,
+    report::Work,
 };
 
 use super::effort::{Effort, OVERHEAD};
@@ -38,12 +39,46 @@ pub(crate) const REFERENCE: Setting = Setting::new(
     Steps::Divided(0),
 );
 
+/// How often steps of the scene are halved in the first reference run of bodies with a thickness.
+const THICK_LEVEL: u32 = 2;
+
+/// The method of reference runs of bodies with a thickness, which no other keeps apart: implicit Euler, whose steps divide those of
+/// the scene and are checked. Solves leave nothing over that is seen beside what steps leave.
+pub(crate) const THICK: Setting = Setting {
+    solver_tolerance: 1e-8,
+    ..Setting::new(
+        Method::new(Integrator::ImplicitEuler, Hessian::Absolute),
+        Precision::F64,
+        Steps::Fixed(1 << THICK_LEVEL),
+    )
+};
+
+/// How a reference run of a case is stepped whose longest steps are halved so often.
+pub(super) fn at_level(case: &Case, level: u32) -> Setting {
+    if case.is_thick() {
+        Setting { steps: Steps::Fixed(1 << level), ..THICK }
+    } else {
+        Setting { steps: Steps::Divided(level), ..REFERENCE }
+    }
+}
+
+/// The certified bound (s) on steps of a reference run as the scene is now; infinite for bodies with a thickness, whose steps are
+/// implicit.
+pub(super) fn certified(case: &Case, runner: &Runner) -> f64 {
+    if case.is_thick() { f64::INFINITY } else { runner.bound() }
+}
+
+/// What counts as the work of a reference of cloth: evaluations of the force, and products where steps are implicit.
+pub(crate) const fn counted(work: Work) -> u64 {
+    work.force_evaluations + work.matrix_products
+}
+
 /// What the copies showed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
     /// Between times (s).
     pub spacing: f64,
-    /// The spread (m) at each of them: the larger rms distance of a copy from the scene as it is.
+    /// The spread (m) at each of them: the larger distance of a copy from the scene as it is, the rms of positions.
     pub spread: Vec<f64>,
     /// Length of the steps (s).
     pub step: f64,
@@ -72,6 +107,17 @@ impl Scan {
         self.spread.iter().take(count).copied().fold(0.0, f64::max)
     }
 
+    /// The largest spread (m) at some times, each looked at on both sides; infinite where there was none.
+    pub(crate) fn largest_at(&self, times: &Times) -> f64 {
+        let last = self.spread.len();
+        let near = |mark: &u64| {
+            let place = times.time(*mark) / self.spacing;
+            [place.floor(), place.ceil()].map(|place| (place as usize).clamp(1, last.max(1)) - 1)
+        };
+        let spread = |place: usize| self.spread.get(place).copied().unwrap_or(f64::INFINITY);
+        times.marks.iter().flat_map(near).map(spread).fold(0.0, f64::max)
+    }
+
     /// The seconds that it would have taken to a time (s), where it took so many until it was given up; infinite where it did
     /// not get far enough to tell.
     pub(crate) fn needed(&self, seconds: f64, end: f64) -> f64 {
@@ -93,8 +139,8 @@ impl Scan {
 pub fn scan(case: &Case, end: f64, allowed: f64, effort: Option<Effort>, phase: &Phase) -> Scan {
     let spacing = shortest(case, end);
     let times = |spacing| Times::even(spacing, 1);
-    let bound = match Runner::start(case, &REFERENCE, &times(spacing), phase) {
-        Ok(runner) => runner.bound(),
+    let bound = match Runner::start(case, &at_level(case, 0), &times(spacing), phase) {
+        Ok(runner) => certified(case, &runner),
         Err(failure) => {
             return Scan {
                 spacing,
@@ -105,7 +151,7 @@ pub fn scan(case: &Case, end: f64, allowed: f64, effort: Option<Effort>, phase: 
             };
         }
     };
-    let mut level = level_within(spacing, bound);
+    let mut level = first_level(case, spacing, bound);
     let particles = case.particle_count() as u64 + OVERHEAD;
     let most = effort.map_or(u64::MAX, |effort| effort.of_cloth() / (2 * particles));
     let mut rng = fastrand::Rng::with_seed(SEED);
@@ -122,8 +168,11 @@ pub fn scan(case: &Case, end: f64, allowed: f64, effort: Option<Effort>, phase: 
     }
 }
 
-/// How often a spacing (s) is halved until steps are short enough for a bound (s).
-pub(super) fn level_within(spacing: f64, bound: f64) -> u32 {
+/// How often a spacing (s) is halved until steps are short enough for a bound (s), or, without one, for a first run.
+pub(super) fn first_level(case: &Case, spacing: f64, bound: f64) -> u32 {
+    if case.is_thick() {
+        return THICK_LEVEL;
+    }
     let mut level = 0;
     while spacing / f64::from(level).exp2() > SHARE * bound && level < 40 {
         level += 1;
@@ -131,9 +180,9 @@ pub(super) fn level_within(spacing: f64, bound: f64) -> u32 {
     level
 }
 
-/// The shortest spacing of times (s): a few of them lie within a step of the scene.
+/// The shortest spacing of times (s): a few of them lie within a step of the scene, where its own steps are not needed.
 pub(super) fn shortest(case: &Case, end: f64) -> f64 {
-    if case.has_moving_pins() {
+    if case.has_moving_pins() || case.is_thick() {
         return case.dt();
     }
     let finest = case.dt() / f64::from(FINEST).exp2();
@@ -161,8 +210,9 @@ struct Copies {
 
 impl Copies {
     fn start(cases: &[Case], spacing: f64, level: u32, phase: &Phase) -> Result<Self, Stop> {
-        let setting = Setting { steps: Steps::Divided(level), ..REFERENCE };
-        let step = setting.dt(spacing).unwrap_or(spacing);
+        let setting = at_level(&cases[0], level);
+        // Of bodies with a thickness the spacing is the step of the scene, which is divided.
+        let step = spacing / f64::from(level).exp2();
         let times = Times::even(spacing, 1);
         let runners = cases.iter().map(|case| Runner::start(case, &setting, &times, phase));
         let runners = runners.collect::<Result<Vec<_>, _>>();
@@ -190,18 +240,18 @@ impl Copies {
             if taken % stride != 0 {
                 continue;
             }
-            scan.bound = scan.bound.min(self.runners[0].bound());
+            scan.bound = scan.bound.min(certified(case, &self.runners[0]));
             if self.step > SHARE * scan.bound {
                 return Err(Stop::Shorter);
             }
-            let base = self.runners[0].positions();
-            let distances = self.runners[1..].iter().map(|copy| case.rms(&base, &copy.positions()));
+            let base = self.runners[0].observed(case);
+            let distances = self.runners[1..].iter().map(|copy| case.distance(&base, &copy.observed(case)));
             let spread = distances.fold(0.0, f64::max);
             scan.spread.push(spread);
             if spread > allowed {
                 break;
             }
-            if taken < count && self.runners[0].work().force_evaluations > most {
+            if taken < count && counted(self.runners[0].work()) > most {
                 scan.end = End::Costly;
                 break;
             }
@@ -232,5 +282,16 @@ mod tests {
             assert!((rate - 2.5).abs() < 1e-12, "{rate} 1/s until {end} s");
         }
         assert_eq!([0.0, 0.9].map(|end| scan.growth_rate(end)), [None, None]);
+    }
+
+    #[test]
+    fn the_spread_at_a_time_is_that_around_it_alone() {
+        let spread = vec![1e-6, 5e-3, 2e-6, 3e-6];
+        let scan = Scan { spacing: 0.1, spread, step: 1e-3, bound: f64::INFINITY, end: End::Reached };
+        let at = |interval: f64, marks: &[u64]| scan.largest_at(&Times { interval, marks: marks.to_vec() });
+        assert_eq!([at(0.05, &[1]), at(0.05, &[7]), at(0.05, &[9])], [1e-6, 3e-6, 3e-6]);
+        assert_eq!([at(0.05, &[3]), at(0.05, &[1, 5, 8])], [5e-3, 5e-3]);
+        assert_eq!(at(0.05, &[]), 0.0);
+        assert!(Scan { spread: Vec::new(), ..scan }.largest_at(&Times::even(0.1, 1)).is_infinite());
     }
 }

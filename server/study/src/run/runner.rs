@@ -20,7 +20,8 @@ use crate::{
 /// What a run gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// Positions (m), x y z per particle, at each comparison time that was reached.
+    /// What is compared of the case at each comparison time that was reached: positions (m), x y z per particle, or the number (m) that
+    /// is measured of it.
     pub states: Vec<Vec<f64>>,
     /// Seconds of each interval.
     pub seconds: Vec<f64>,
@@ -136,6 +137,11 @@ impl Runner {
         self.stepped.gathered(self.read(Field::Positions))
     }
 
+    /// What is compared of the case.
+    pub(crate) fn observed(&self, case: &Case) -> Vec<f64> {
+        case.observed(self.positions(), self.now.total_energy())
+    }
+
     /// How fast they are.
     pub(crate) fn velocities(&self) -> Vec<f64> {
         self.read(Field::Velocities)
@@ -243,7 +249,7 @@ fn driven(
             }
         }
         if marks.next_if_eq(&&interval).is_some() {
-            run.states.push(runner.positions());
+            run.states.push(runner.observed(case));
         }
         if runner.work.force_evaluations + runner.work.matrix_products > most {
             run.end = End::Costly;

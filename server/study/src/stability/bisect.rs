@@ -17,7 +17,7 @@ pub(super) struct Bisection<'a> {
     pub(super) range: [f64; 2],
 }
 
-/// Time was over.
+/// Time was over, or a run could not begin.
 pub(super) struct TimeIsOver;
 
 /// The longest step (s) that holds, to 0.2 %, as limits of a study of stability are found: from a step (s) on, between the

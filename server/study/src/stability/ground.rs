@@ -10,11 +10,11 @@ use nappe_sim::{
 use crate::{
     case::{Case, Times},
     method::{Method, Setting, Steps},
-    reference::{Effort, NoReference, OPEN, OVERHEAD, Scan, reference, scan},
+    reference::{Effort, NoReference, OPEN, OVERHEAD, Scan, THICK, counted, reference, scan},
     run::{End, Phase, Runner},
 };
 
-/// The method of the fine run, certified at a share of the bound.
+/// The method of the fine run, certified at a share of the bound; that of bodies with a thickness is as in their reference.
 const FINE: Setting = Setting::new(
     Method::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
     Precision::F64,
@@ -96,11 +96,12 @@ impl Ground {
     ) -> Result<Self, NoReference> {
         let mut spacing = case.dt();
         for _ in 0..FINEST {
-            if spacing * TIMES > window && !case.has_moving_pins() {
+            if spacing * TIMES > window && !case.has_moving_pins() && !case.is_thick() {
                 spacing *= 0.5;
             }
         }
-        let runner = Runner::start(case, &FINE, &Times::even(spacing, 1), phase);
+        let setting = if case.is_thick() { THICK } else { FINE };
+        let runner = Runner::start(case, &setting, &Times::even(spacing, 1), phase);
         let mut runner = runner.map_err(|failure| NoReference::Failed(failure.cause))?;
         let moved = |runner: &Runner| runner.now.kinetic_energy + runner.now.elastic_energy;
         let most = effort.of_cloth() / (case.particle_count() as u64 + OVERHEAD);
@@ -127,7 +128,7 @@ impl Ground {
             }
             ground.scale = ground.scale.max(moved(&runner));
             ground.energies.push(runner.now.total_energy());
-            if runner.work().force_evaluations > most {
+            if counted(runner.work()) > most {
                 break;
             }
         }

@@ -21,7 +21,8 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Looks for the limit from a step (s) on. The last row is the limit; it is not known where a run was not followed to its end.
+    /// Looks for the limit from a step (s) on. The last row is the limit; it is not known where a run was not followed to its end, or
+    /// was refused before its first step.
     pub(super) fn find(mut self, start: f64, phase: &Phase) -> Vec<StabilityRow> {
         let range = self.range;
         let mut holds = |dt: f64| self.verdict(dt, phase).map(Verdict::holds);
@@ -40,8 +41,10 @@ impl Search<'_> {
     fn verdict(&mut self, dt: f64, phase: &Phase) -> Result<Verdict, TimeIsOver> {
         let row = (self.run)(dt, phase);
         let verdict = row.verdict;
+        // What is refused before its first step is so at any length of it.
+        let is_open = verdict == Verdict::NotKnown || row.is_refused();
         self.rows.push(row);
-        if verdict == Verdict::NotKnown { Err(TimeIsOver) } else { Ok(verdict) }
+        if is_open { Err(TimeIsOver) } else { Ok(verdict) }
     }
 
     /// Looks for the longest step whose error is within what is allowed, where the longest that holds is wrong: below it, by
@@ -71,8 +74,16 @@ impl Search<'_> {
 
 /// The limit that is not known, from the row of the run that ended the search.
 fn unknown(last: &StabilityRow) -> StabilityRow {
-    let StabilityRow { method, over, theory, bound, cause, cut, .. } = last.clone();
-    StabilityRow { is_limit: true, theory, bound, cause, cut, ..StabilityRow::new(method, over, 0.0) }
+    let StabilityRow { method, over, verdict, theory, bound, cause, cut, .. } = last.clone();
+    StabilityRow {
+        is_limit: true,
+        verdict,
+        theory,
+        bound,
+        cause,
+        cut,
+        ..StabilityRow::new(method, over, 0.0)
+    }
 }
 
 /// The limit that lies between two steps (s), the first of which holds, from the row of one of them.
@@ -126,6 +137,27 @@ mod tests {
         let search = Search { run: &mut run, rows: Vec::new(), range: [1e-9, 1.0] };
         let found = search.find(0.0344, &budget.until(1.0)).pop().and_then(|row| row.limit);
         assert!(found.is_some_and(|limit| (0.0308..=0.031).contains(&limit)), "{found:?}");
+    }
+
+    #[test]
+    fn what_is_refused_before_its_first_step_has_no_limit_that_is_known() {
+        let budget = Budget::new(None);
+        let mut run = |dt: f64, _: &Phase| StabilityRow {
+            cause: Some("it has a thickness".to_owned()),
+            ..row(dt, Verdict::Refused)
+        };
+        let search = Search { run: &mut run, rows: Vec::new(), range: [1e-9, 1.0] };
+        let rows = search.find(1e-3, &budget.until(1.0));
+        assert_eq!(rows.len(), 2, "a run, and the limit");
+        let limit = &rows[1];
+        assert!(limit.is_limit && limit.is_refused() && limit.limit.is_none() && limit.cut.is_none());
+        assert_eq!(limit.cause.as_deref(), Some("it has a thickness"));
+
+        // A step that is refused later on does not hold, and is none of these.
+        let mut run = |dt: f64, _: &Phase| StabilityRow { step: Some(3), ..row(dt, Verdict::Refused) };
+        let search = Search { run: &mut run, rows: Vec::new(), range: [1e-9, 1.0] };
+        let limit = search.find(1e-3, &budget.until(1.0)).pop().expect("a limit");
+        assert_eq!((limit.limit, limit.is_refused()), (Some(0.0), false));
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod bisect;
 mod limit;
 mod stepping;
 mod map;
+mod order;
 mod study;
 
 pub use bisect::longest_step;

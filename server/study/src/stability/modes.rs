@@ -59,7 +59,8 @@ impl Gain {
     /// for it; a measure of that is known where there is one damping over stiffness, or none.
     pub(super) fn of(rest: &Case, method: Method, phase: &Phase) -> Self {
         let is_explicit_euler = method.integrator == Integrator::ExplicitEuler;
-        if !is_explicit_euler || has_one_damping(rest) || !rest.is_damped() {
+        // Bodies with a thickness are refused to it.
+        if !is_explicit_euler || rest.is_thick() || has_one_damping(rest) || !rest.is_damped() {
             return Self::Measured;
         }
         match Modes::of(rest, phase) {

@@ -87,7 +87,7 @@ pub struct StabilityRow {
     /// that grows most, after as many steps. Otherwise: the greatest rise of the mechanical energy above that of
     /// a fine run at the same time, over the largest kinetic and elastic energy of that.
     pub growth: Option<f64>,
-    /// Of a limit alone: the longest step that held (s), 0 where none did; none where all did that were tried.
+    /// Of a limit alone: the longest step that held (s), 0 where none did; none where all did that were tried, and where it is refused.
     pub limit: Option<f64>,
     /// Whether it is a limit.
     pub is_limit: bool,
@@ -131,6 +131,11 @@ impl StabilityRow {
             bound: None,
             taken: [0; 2],
         }
+    }
+
+    /// Whether its first step was refused before it began: nothing is known of the method then.
+    pub fn is_refused(&self) -> bool {
+        self.verdict == Verdict::Refused && self.step.is_none() && self.across.is_none()
     }
 
     /// A limit that is not known, of a search that was given up.

@@ -37,6 +37,7 @@ pub(super) fn run(
             let per_step = substeps as f64 / probe.steps as f64;
             (Verdict::Recovered, Some(format!("{per_step:.1} sub-steps per step, {rejected} taken again")))
         }
+        Verdict::Refused if row.is_refused() => (Verdict::Refused, row.cause.clone()),
         Verdict::Diverged | Verdict::Refused => (Verdict::Detected, row.cause.clone()),
         Verdict::Grows => (Verdict::Lost, row.cause.clone()),
         Verdict::Wrong

@@ -11,6 +11,7 @@ use super::{
     limit::Search,
     map::{Map, Mapped, Mapping, hessians},
     modes::Gain,
+    order::{order, own, share, share_of},
     probe::{AtRest, Probe},
     row::{Across, Over, StabilityRow},
     stepping,
@@ -237,9 +238,11 @@ impl Parts<'_> {
         self.rest((rest, &implicit), study, &phase.share(IMPLICIT_REST), tell);
         let Some(ground) = ground else { return };
         self.again(rest, ground, study, &phase.share(AGAIN), tell);
-        for (i, map) in self.request.maps.iter().enumerate() {
+        // Maps are of raw steps, all of which are refused where bodies have a thickness.
+        let maps: &[Map] = if self.case.is_thick() { &[] } else { &self.request.maps };
+        for (i, map) in maps.iter().enumerate() {
             tell(&format!("the map over {}", map.name()));
-            let left = phase.share(MAPS / (self.request.maps.len() - i) as f64);
+            let left = phase.share(MAPS / (maps.len() - i) as f64);
             let rows = self.mapping(*map, ground, study).make(&left);
             study.rows.extend(rows);
         }
@@ -263,11 +266,14 @@ impl Parts<'_> {
         phase: &Phase,
         tell: &dyn Fn(&str),
     ) {
-        for (i, method) in methods.iter().enumerate() {
+        let mut found = vec![Vec::new(); methods.len()];
+        for (i, place) in order(self.case, methods).into_iter().enumerate() {
+            let method = methods[place];
             tell(&format!("limit of {} at rest", method.name()));
-            let rows = self.limit_at_rest(rest, *method, study, &phase.share(share(methods.len() - i)));
-            study.rows.extend(rows);
+            let share = phase.share(share_of(self.case, method, methods.len() - i));
+            found[place] = self.limit_at_rest(rest, method, study, &share);
         }
+        study.rows.extend(found.into_iter().flatten());
     }
 
     fn limit_at_rest(
@@ -286,11 +292,14 @@ impl Parts<'_> {
     }
 
     fn load(&self, ground: &Ground, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
-        for (i, method) in self.methods.iter().enumerate() {
+        let mut found = vec![Vec::new(); self.methods.len()];
+        for (i, place) in order(self.case, &self.methods).into_iter().enumerate() {
+            let method = self.methods[place];
             tell(&format!("limit of {} under load", method.name()));
-            let share = phase.share(share(self.methods.len() - i));
-            study.rows.extend(self.limit_under_load(ground, *method, &share));
+            let share = phase.share(share_of(self.case, method, self.methods.len() - i));
+            found[place] = self.limit_under_load(ground, method, &share);
         }
+        study.rows.extend(found.into_iter().flatten());
     }
 
     fn limit_under_load(&self, ground: &Ground, method: Method, phase: &Phase) -> Vec<StabilityRow> {
@@ -334,13 +343,17 @@ impl Parts<'_> {
 
     fn as_run(&self, ground: &Ground, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
         tell("every method as the program runs it");
-        let count = self.methods.len() * stepping::TIMES.len();
-        let runs = self.methods.iter().flat_map(|method| stepping::TIMES.map(|times| (*method, times)));
-        for (i, (method, times)) in runs.enumerate() {
-            let share = phase.share(share(count - i));
-            let against = (ground, self.request.tolerance);
-            study.rows.push(stepping::run(self.case, method, times, against, &share));
+        let mut found = vec![Vec::new(); self.methods.len()];
+        for (i, place) in order(self.case, &self.methods).into_iter().enumerate() {
+            let method = self.methods[place];
+            let of_method = phase.share(share_of(self.case, method, self.methods.len() - i));
+            for (j, times) in stepping::TIMES.into_iter().enumerate() {
+                let share = of_method.share(share(stepping::TIMES.len() - j));
+                let against = (ground, self.request.tolerance);
+                found[place].push(stepping::run(self.case, method, times, against, &share));
+            }
         }
+        study.rows.extend(found.into_iter().flatten());
     }
 
     fn mapping<'a>(&'a self, map: Map, ground: &'a Ground, study: &Stability) -> Mapping<'a> {
@@ -352,8 +365,8 @@ impl Parts<'_> {
         };
         let (across, methods) = match map {
             Map::Damping => {
-                let own = self.case.setup.bodies.first().map(|body| Method::of(&body.settings));
-                let mut methods: Vec<Method> = own.into_iter().chain([best_explicit(study)]).collect();
+                let mut methods: Vec<Method> =
+                    own(self.case).into_iter().chain([best_explicit(study)]).collect();
                 methods.dedup_by_key(|method| method.name());
                 (self.case.damping_axis(), methods)
             }
@@ -377,9 +390,4 @@ fn best_explicit(study: &Stability) -> Method {
     let best = explicit.filter_map(|row| Some((row.limit?, row.method)));
     best.max_by(|a, b| a.0.total_cmp(&b.0))
         .map_or(Method::new(Integrator::VelocityVerlet, Hessian::Absolute), |(_, method)| method)
-}
-
-/// The share of the time that is left which one of so many may take.
-fn share(left: usize) -> f64 {
-    (2.0 / left.max(1) as f64).min(1.0)
 }

@@ -8,6 +8,7 @@ mod job;
 mod stops;
 mod jobs;
 
+pub(crate) use random::Random;
 pub(crate) use server::hash;
 
 use std::{path::Path, time::Duration};

@@ -1,10 +1,10 @@
 //! Numbers at random from a seed: SplitMix64.
 
 /// What the next number is drawn from.
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
@@ -21,7 +21,7 @@ impl Random {
     }
 
     /// One of so many places.
-    pub(super) fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.draw() % count as u64) as usize
     }
 }

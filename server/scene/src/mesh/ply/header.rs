@@ -157,8 +157,12 @@ impl<'a> Header<'a> {
 
         let mut elements: Vec<Element<'a>> = Vec::new();
         let (mut encoding, mut warnings) = (None, Vec::new());
+        let has_last_end = matches!(bytes.last(), Some(b'\n' | b'\r'));
         loop {
-            let Some(line) = lines.next() else {
+            let next = lines.next();
+            // A line that the file ends in is a part of one, unless it is the last that is needed.
+            let is_part = !has_last_end && lines.rest.is_empty();
+            let Some(line) = next.filter(|line| !is_part || line.trim_ascii() == b"end_header") else {
                 let message = "ends within its header; allowed: a line end_header before the numbers (the file may be cut)";
                 return Err(Here { file, line: lines.number }.error(ErrorKind::Syntax, message));
             };

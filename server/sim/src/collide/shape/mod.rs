@@ -15,7 +15,7 @@ mod mesh;
 #[cfg(test)]
 mod tests;
 
-pub use mesh::{NEAR_BYTES, Shell, Shells};
+pub use mesh::{FirstCrossing, NEAR_BYTES, SelfCrossings, Shell, Shells};
 
 pub(super) use mesh::Near;
 

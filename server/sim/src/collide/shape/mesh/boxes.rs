@@ -58,21 +58,47 @@ impl Node {
     /// Squares (m²) of the distances of a point (m) from the boxes: 0 within one.
     #[inline(always)]
     pub(super) fn beside(&self, p: [f64; 3]) -> Four {
+        self.apart([p; 2])
+    }
+
+    /// Squares (m²) of the distances of a box (m) from the boxes: 0 where they meet.
+    #[inline(always)]
+    fn apart(&self, [low, high]: Bounds) -> Four {
         let gap = |c: usize| {
-            let p = Four::all(p[c]);
-            (self.low[c] - p).max(p - self.high[c]).max(Four::all(0.0))
+            let (low, high) = (Four::all(low[c]), Four::all(high[c]));
+            (self.low[c] - high).max(low - self.high[c]).max(Four::all(0.0))
         };
         let [x, y, z] = [gap(0), gap(1), gap(2)];
         x * x + y * y + z * z
     }
 }
 
-/// Boxes, and which of them hold a point.
+/// How many nodes and leaves were looked at: what questions cost.
+#[cfg(test)]
+#[derive(Clone, Debug, Default)]
+pub(super) struct Looks(std::sync::Arc<std::sync::atomic::AtomicU64>);
+
+#[cfg(test)]
+impl Looks {
+    /// Counts one node or leaf that is looked at.
+    pub(super) fn add(&self) {
+        self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    }
+
+    /// How many there were since they were asked for.
+    pub(super) fn take(&self) -> u64 {
+        self.0.swap(0, std::sync::atomic::Ordering::Relaxed)
+    }
+}
+
+/// Boxes, and which of them hold a point or meet a box.
 #[derive(Clone, Debug)]
 pub(super) struct Boxes {
     nodes: Vec<Node>,
     /// What each box is of.
     names: Vec<u32>,
+    #[cfg(test)]
+    pub(super) looks: Looks,
 }
 
 impl Boxes {
@@ -83,17 +109,30 @@ impl Boxes {
         let bounds: Vec<Bounds> = order.iter().map(|place| bounds[*place as usize]).collect();
         let mut nodes = Vec::new();
         enclose(&bounds, 0, &mut nodes);
-        Self { nodes, names: order.into_iter().map(|place| boxes[place as usize].0).collect() }
+        let names = order.into_iter().map(|place| boxes[place as usize].0).collect();
+        Self {
+            nodes,
+            names,
+            #[cfg(test)]
+            looks: Looks::default(),
+        }
     }
 
     /// Calls `note` with the name of each box that holds a point (m).
-    pub(super) fn around(&self, p: [f64; 3], mut note: impl FnMut(u32)) {
+    pub(super) fn around(&self, p: [f64; 3], note: impl FnMut(u32)) {
+        self.meeting([p; 2], note);
+    }
+
+    /// Calls `note` with the name of each box that meets one (m), which may have no end.
+    pub(super) fn meeting(&self, bounds: Bounds, mut note: impl FnMut(u32)) {
         let mut waiting = [ROOT; DEPTH];
         let mut count = 1;
         while count > 0 {
             count -= 1;
+            #[cfg(test)]
+            self.looks.add();
             let node = &self.nodes[waiting[count] as usize];
-            let Four(squares) = node.beside(p);
+            let Four(squares) = node.apart(bounds);
             for (square, child) in squares.into_iter().zip(node.children) {
                 if child == NONE || square > 0.0 {
                     continue;

@@ -2,13 +2,16 @@
 //!
 //! Reads points (m) and triangles turned outwards. Everything is binary64, and a distance follows from the mesh and the
 //! point alone. Which side a point is on is told by the pseudonormal of what is nearest: a face, an edge or a corner. Of
-//! several parts that no edge joins, the solid is the union.
+//! several parts that no edge joins, the solid is the union. Where a part passes through itself, winding numbers tell sides.
 
 mod normals;
 mod four;
 mod nearest;
 mod boxes;
 mod tree;
+mod bundles;
+mod crossings;
+mod crossed;
 mod sides;
 mod shells;
 mod buried;
@@ -26,16 +29,19 @@ use serde::{Deserialize, Serialize};
 
 pub(in crate::collide) use self::near::Near;
 pub use self::{
+    crossings::{FirstCrossing, SelfCrossings},
     near::NEAR_BYTES,
     shells::{Shell, Shells},
 };
 
 use self::{
+    boxes::ROOT,
+    crossed::{Crossed, Looked},
     nearest::Place,
     normals::Normals,
     shells::Apart,
-    sides::Sides,
-    tree::{Leaf, Tree},
+    sides::{SAME_WAY, Sides},
+    tree::{Leaf, Mesh, Tree},
     united::Union,
 };
 use super::geometry::{Nearest, Probe, SignedDistance, is_finite};
@@ -54,6 +60,9 @@ struct Surface {
     tree: Tree,
     /// What is known of its parts, where it has several.
     union: Option<Union>,
+    /// How often parts pass through themselves, and what is known of those that do.
+    crossings: SelfCrossings,
+    crossed: Option<Crossed>,
     /// Largest coordinate (m).
     size: f64,
     /// Twice the depth (m) of its deepest point.
@@ -99,7 +108,8 @@ impl fmt::Debug for MeshSolid {
 impl MeshSolid {
     /// The solid within a closed surface: points (m) at time 0, and triangles whose corners turn to the left as they are
     /// seen from outside. A point may be a corner of none. Parts that no edge joins may touch and overlap; a part within another
-    /// that is turned inside out is a hole. Parts that share a point get one each.
+    /// that is turned inside out is a hole. Parts that share a point get one each. A part may pass through itself: what it goes
+    /// round is inside.
     ///
     /// # Errors
     /// What is wrong: no triangles, a point that is not there or not finite, an edge without exactly two triangles
@@ -129,22 +139,7 @@ impl MeshSolid {
                  one"
             ));
         }
-
-        let solids = shells.solids();
-        let (tree, union) = if solids.len() == 1 {
-            (Tree::over(apart.mesh(), solids, 1).0, None)
-        } else {
-            let (triangles, normals) = (&apart.triangles[..], &apart.normals);
-            let sides = Sides { triangles, normals, size: apart.size() };
-            let (tree, union) = Union::new(apart.mesh(), sides, &solids);
-            (tree, Some(union))
-        };
-        let size = tree.bounds().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let cubes = depth::MOST_CUBES / union.as_ref().map_or(1, Union::cost);
-        let Apart { points, triangles, normals, .. } = apart;
-        let mut surface = Surface { points, triangles, normals, tree, union, size, thickness: 0.0 };
-        surface.thickness = 2.0 * depth::deepest(surface.tree.bounds(), cubes, |p| -surface.at(p).0);
-        Ok(Self(Arc::new(surface), [0.0; 3]))
+        Ok(Self(Arc::new(Surface::new(apart, &shells)), [0.0; 3]))
     }
 
     /// The same about another point (m) than the world's origin: where its transform puts the origin of its file.
@@ -168,35 +163,92 @@ impl MeshSolid {
         &self.0.triangles
     }
 
+    /// How often its parts pass through themselves.
+    pub fn crossings(&self) -> SelfCrossings {
+        self.0.crossings
+    }
+
     /// Bytes that a solid of so many points and triangles takes.
     pub const fn bytes(points: u64, triangles: u64) -> u64 {
-        let per_triangle = 12 + 24 + 72 + Tree::bytes_per_leaf() / 4;
+        // Also of one part, which is not known before: the part of each triangle.
+        let per_triangle = 12 + 24 + 72 + Tree::bytes_per_leaf() / 4 + Union::BYTES_PER_TRIANGLE;
         48 * points + per_triangle * triangles
     }
 }
 
 impl Surface {
+    /// Of parts that are turned as they should be.
+    fn new(apart: Apart, shells: &Shells) -> Self {
+        let mesh = apart.mesh();
+        let Looked { crossings, crossed, hidden } = Looked::new(mesh, apart.size(), &shells.skins());
+        let mut solids = shells.solids();
+        if !hidden.is_empty() {
+            let mut is_hidden = vec![false; mesh.triangles.len()];
+            for t in &hidden {
+                is_hidden[*t as usize] = true;
+            }
+            for solid in &mut solids {
+                solid.retain(|t| !is_hidden[*t as usize]);
+            }
+        }
+
+        let (tree, union) = if solids.len() == 1 {
+            (Tree::over(mesh, solids, 1).0, None)
+        } else {
+            let sides =
+                Sides { mesh, normals: &apart.normals, size: apart.size(), crossed: crossed.as_ref() };
+            let (tree, union) = Union::new(mesh, sides, &solids);
+            (tree, Some(union))
+        };
+        let size = tree.bounds().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let dearer = crossed.as_ref().map_or(1, |crossed| crossed.cost(mesh));
+        let cubes = depth::MOST_CUBES / union.as_ref().map_or(1, Union::cost) / dearer;
+        let Apart { points, triangles, normals, .. } = apart;
+        let thickness = 0.0;
+        let mut surface =
+            Self { points, triangles, normals, tree, union, crossings, crossed, size, thickness };
+        surface.thickness = 2.0 * depth::deepest(surface.tree.bounds(), cubes, |p| -surface.at(p).0);
+        surface
+    }
+
     /// Signed distance (m) of a point (m) from the surface at time 0, and the normal there.
     fn at(&self, p: [f64; 3]) -> Nearest {
         let Some((_, found)) = self.tree.nearest(p) else { return (f64::NAN, [0.0, 1.0, 0.0]) };
-        let nearest = self.signed(found, self.tree.leaves[found.leaf].place(found.lane, p));
+        let nearest = self.signed(found, self.tree.leaves[found.leaf].place(found.lane, p), p);
         self.united(p, found, nearest)
     }
 
     /// That of the nearest triangle alone, where the place on it is known.
-    fn signed(&self, found: Leaf, place: Place) -> Nearest {
-        self.sides().signed(&self.tree.leaves[found.leaf], found.lane, place)
+    fn signed(&self, found: Leaf, place: Place, p: [f64; 3]) -> Nearest {
+        self.sides().signed(&self.tree.leaves[found.leaf], found.lane, place, p)
     }
 
     /// What that of the nearest triangle means where there are several parts.
     fn united(&self, p: [f64; 3], found: Leaf, nearest: Nearest) -> Nearest {
         let Some(union) = &self.union else { return nearest };
-        let triangle = self.tree.leaves[found.leaf].number[found.lane];
-        union.at(&self.tree, self.sides(), p, (triangle, nearest))
+        let (distance, normal) = union.at(&self.tree, self.sides(), p, (found, nearest));
+        if distance.abs() > self.sides().rounding() {
+            return (distance, normal);
+        }
+        (distance, self.only_normal(p).unwrap_or(normal))
+    }
+
+    /// The normal of all that may be seen within rounding of a point (m), where it lies in one plane: along the seam of two parts
+    /// whose faces are beside each other, where each part for itself has an edge.
+    fn only_normal(&self, p: [f64; 3]) -> Option<[f64; 3]> {
+        let within = self.sides().rounding();
+        let mut first = None;
+        let is_bent = self.tree.any_within(ROOT, p, within * within, |t| {
+            let normal = self.normals.faces[t as usize];
+            dot(*first.get_or_insert(normal), normal) < 1.0 - SAME_WAY
+        });
+        first.filter(|_| !is_bent)
     }
 
     fn sides(&self) -> Sides<'_> {
-        Sides { triangles: &self.triangles, normals: &self.normals, size: self.size }
+        let Self { points, triangles, normals, .. } = self;
+        let mesh = Mesh { points, triangles, faces: &normals.faces };
+        Sides { mesh, normals, size: self.size, crossed: self.crossed.as_ref() }
     }
 }
 

@@ -69,9 +69,9 @@ impl MeshSolid {
         }
         let (leaf, found) = dispatch(Among { solid: self, near, place })?;
         (found.square < room * room).then(|| {
-            let nearest = self.0.signed(leaf, found);
-            // What is certainly outside is in no part.
-            let is_alone = self.0.union.is_none() || near.at_least(place) > 0.0;
+            let nearest = self.0.signed(leaf, found, place);
+            // What is certainly outside, and not on a seam, is in no part.
+            let is_alone = self.0.union.is_none() || near.at_least(place) > self.0.sides().rounding();
             if is_alone { nearest } else { self.0.united(place, leaf, nearest) }
         })
     }

@@ -7,6 +7,9 @@
 
 use super::{
     boxes::{Bounds, NONE},
+    bundles::Bundles,
+    crossed::Skin,
+    crossings::{Search, SelfCrossings},
     normals::Normals,
     sides::Sides,
     tree::{Mesh, Tree},
@@ -107,6 +110,16 @@ impl Shells {
         Ok(Self { of_triangle: apart.of_triangle.clone(), list })
     }
 
+    /// The shells with their triangles.
+    pub(super) fn skins(&self) -> Vec<Skin> {
+        let skin = |shell: &Shell| Skin { triangles: Vec::new(), is_hole: shell.hole_in.is_some() };
+        let mut skins: Vec<Skin> = self.list.iter().map(skin).collect();
+        for (t, shell) in (0_u32..).zip(&self.of_triangle) {
+            skins[*shell as usize].triangles.push(t);
+        }
+        skins
+    }
+
     /// The triangles of each solid, those around its holes with them.
     pub(super) fn solids(&self) -> Vec<Vec<u32>> {
         let mut number = vec![0; self.list.len()];
@@ -122,6 +135,21 @@ impl Shells {
             solids[number[around as usize]].push(t);
         }
         solids
+    }
+}
+
+impl SelfCrossings {
+    /// Of the shells of a closed surface: points (m) and triangles.
+    ///
+    /// # Errors
+    /// When an edge has not exactly two triangles that run along it in opposite directions.
+    pub fn new(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, String> {
+        let apart = Apart::new(points.to_vec(), triangles.to_vec())?;
+        let mut search = Search::new(apart.mesh());
+        for piece in &apart.pieces {
+            search.part(&piece.triangles);
+        }
+        Ok(search.found)
     }
 }
 
@@ -199,6 +227,7 @@ fn pieces(points: &[[f64; 3]], triangles: &[[u32; 3]], mut joined: Groups) -> (V
 /// The shells around each shell.
 fn containers(apart: &Apart) -> Result<Vec<Vec<u32>>, String> {
     let Apart { points, triangles, normals, pieces, .. } = apart;
+    let mesh = apart.mesh();
     let mut around = vec![Vec::new(); pieces.len()];
     if pieces.len() == 1 {
         return Ok(around);
@@ -209,14 +238,19 @@ fn containers(apart: &Apart) -> Result<Vec<Vec<u32>>, String> {
         return Ok(around);
     }
     let groups = pieces.iter().map(|piece| piece.triangles.clone()).collect();
-    let (tree, roots) = Tree::over(apart.mesh(), groups, pieces.len());
-    let sides = Sides { triangles, normals, size };
+    let (tree, roots) = Tree::over(mesh, groups, pieces.len());
+    let sides = Sides { mesh, normals, size, crossed: None };
+    let mut bundles: Vec<Option<Bundles>> = vec![None; pieces.len()];
     for [inner, outer] in pairs {
         interrupt::point();
+        let of_outer = bundles[outer as usize]
+            .get_or_insert_with(|| Bundles::new(mesh, &pieces[outer as usize].triangles));
         let turn = if pieces[outer as usize].turn() < 0 { -1.0 } else { 1.0 };
         let is_within = |p: [f64; 3]| {
             let found = tree.nearest_below([roots[outer as usize], NONE], p);
-            found.is_some_and(|(_, leaf)| turn * sides.at(&tree, leaf, p).0 <= ROUNDING * size)
+            let is_told = |leaf| turn * sides.at(&tree, leaf, p).0 <= ROUNDING * size;
+            // Within a shell that passes through itself, pseudonormals may not tell.
+            found.is_some_and(|(_, leaf)| is_told(leaf)) || of_outer.winding(mesh, p) != 0
         };
         let corners = pieces[inner as usize].triangles.iter().flat_map(|t| triangles[*t as usize]);
         if corners.map(|i| points[i as usize]).all(is_within) {

@@ -3,7 +3,11 @@
 
 use std::f64::consts::TAU;
 
-use super::{MeshSolid, Near, Parts, tree::Leaf};
+use super::{
+    FirstCrossing, MeshSolid, Near, Parts, SelfCrossings, Surface,
+    nearest::Triangles,
+    tree::{Leaf, Tree},
+};
 use crate::{
     collide::shape::sample::Sample,
     math::array::{cross, dot, length, minus},
@@ -51,8 +55,37 @@ fn bumpy(levels: u32) -> MeshSolid {
     round(levels, |[x, y, z]| 1.0 + 0.4 * (3.0 * x).sin() * (2.0 * y + 1.0).cos() + 0.2 * (5.0 * z).sin())
 }
 
+/// A prism over a star that is drawn in one line: its walls cross each other, and it goes round its middle twice.
+fn star() -> MeshSolid {
+    let rim = |z: f64| (0..5_u32).map(move |k| f64::from(k) * TAU / 5.0).map(move |t| [t.cos(), t.sin(), z]);
+    let points = rim(-0.4).chain(rim(0.4)).chain([[0.0, 0.0, -0.4], [0.0, 0.0, 0.4]]).collect();
+    let walls = [[0, 2], [2, 4], [4, 1], [1, 3], [3, 0]];
+    let triangles =
+        walls.iter().flat_map(|&[a, b]| [[a, b, b + 5], [a, b + 5, a + 5], [10, b, a], [11, a + 5, b + 5]]);
+    MeshSolid::new(points, triangles.collect()).expect("it is closed")
+}
+
 fn solids() -> Vec<MeshSolid> {
-    vec![cube([0.5, 0.3, 0.7]), MeshSolid::example(), round(3, |_| 1.0), bumpy(4)]
+    vec![cube([0.5, 0.3, 0.7]), MeshSolid::example(), round(3, |_| 1.0), bumpy(4), star()]
+}
+
+#[test]
+fn crossings_are_counted_where_a_surface_passes_through_itself_and_nowhere_else() {
+    for solid in [cube([0.5, 0.3, 0.7]), MeshSolid::example(), round(3, |_| 1.0), bumpy(4), overlapping()] {
+        assert_eq!(solid.crossings(), SelfCrossings::default(), "{solid:?}");
+    }
+    let star = star();
+    let found = star.crossings();
+    assert_eq!(SelfCrossings::new(star.points(), star.triangles()), Ok(found));
+    // Each line of the star crosses two others, with its edge above and that below, and with diagonals of walls.
+    assert!(found.count >= 20 && !found.is_cut_off, "{found:?}");
+    let FirstCrossing { triangles: [a, b], place } = found.first.expect("there is one");
+    assert!(a < b, "{found:?}");
+    for t in [a, b] {
+        let corners = star.triangles()[t as usize].map(|i| star.points()[i as usize]);
+        let off = distance_from(place, corners);
+        assert!(off < 1e-14, "{place:?} is {off} m off triangle {t}");
+    }
 }
 
 /// Points all over a cube about a solid, and near its corners, edges and faces.
@@ -187,14 +220,43 @@ fn a_solid_that_is_sent_is_the_same_one() {
     assert!(MeshSolid::try_from(open).is_err(), "an open surface is refused as it comes");
 }
 
+/// Copies of a solid, each moved by a way (m), as parts of one.
+fn copies(part: &MeshSolid, ways: &[[f64; 3]]) -> MeshSolid {
+    let moved =
+        ways.iter().flat_map(|&way| part.points().iter().map(move |p| [0, 1, 2].map(|c| p[c] + way[c])));
+    let count = part.points().len() as u32;
+    let numbered = (0_u32..).take(ways.len()).flat_map(|copy| {
+        part.triangles().iter().map(move |corners| corners.map(|corner| corner + copy * count))
+    });
+    MeshSolid::new(moved.collect(), numbered.collect()).expect("all are closed")
+}
+
 /// Two boxes that overlap, each a part.
 fn overlapping() -> MeshSolid {
-    let part = cube([0.5, 0.3, 0.7]);
-    let moved = part.points().iter().map(|[x, y, z]| [x + 0.4, y + 0.2, z - 0.3]);
-    let points = part.points().iter().copied().chain(moved).collect();
-    let second = part.triangles().iter().map(|corners| corners.map(|corner| corner + 8));
-    let triangles = part.triangles().iter().copied().chain(second).collect();
-    MeshSolid::new(points, triangles).expect("both are closed")
+    copies(&cube([0.5, 0.3, 0.7]), &[[0.0; 3], [0.4, 0.2, -0.3]])
+}
+
+#[test]
+fn what_is_counted_of_a_solid_is_what_its_lists_take() {
+    let one = round(3, |_| 1.0);
+    for solid in [one.clone(), copies(&one, &[[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0]])] {
+        let Surface { points, triangles, normals, tree, union, .. } = &*solid.0;
+        let lists = [
+            size_of_val(&points[..]),
+            size_of_val(&triangles[..]),
+            size_of_val(&normals.faces[..]),
+            size_of_val(&normals.edges[..]),
+            size_of_val(&normals.corners[..]),
+            size_of_val(&tree.leaves[..]),
+            union.as_ref().map_or(0, |union| size_of_val(&union.of_triangle[..])),
+        ];
+        let [point_count, count] = [points.len() as u64, triangles.len() as u64];
+        // Nodes are as many as it comes; of one part nobody keeps which it is.
+        let nodes = (Tree::bytes_per_leaf() - size_of::<Triangles>() as u64) * count / 4;
+        let of_parts = if union.is_some() { 0 } else { 4 * count };
+        let taken = lists.iter().sum::<usize>() as u64;
+        assert_eq!(taken, MeshSolid::bytes(point_count, count) - nodes - of_parts, "{solid:?}");
+    }
 }
 
 #[test]
@@ -227,4 +289,80 @@ fn what_is_known_around_a_place_gives_the_same_bits_or_nothing() {
     let least = near.at_least([1.0; 3]);
     assert!(least.is_nan() || least < 0.0, "{least}");
     assert!(cube([0.5; 3]).by_near([0.6; 3], &Near::default()).is_none(), "nothing is known");
+}
+
+/// A ball of 1 m across: so many strips from pole to pole, and so many pieces of each.
+fn ball([around, across]: [u32; 2]) -> MeshSolid {
+    let mut points = vec![[0.0, 0.5, 0.0]];
+    for ring in 1..across {
+        let (out, up) = (0.5 * TAU * f64::from(ring) / f64::from(across)).sin_cos();
+        points.extend((0..around).map(|j| {
+            let (sin, cos) = (TAU * f64::from(j) / f64::from(around)).sin_cos();
+            [0.5 * out * cos, 0.5 * up, 0.5 * out * sin]
+        }));
+    }
+    points.push([0.0, -0.5, 0.0]);
+    let at = |ring: u32, j: u32| 1 + ring * around + j % around;
+    let (last, pole) = (across - 2, points.len() as u32 - 1);
+    let mut triangles = Vec::new();
+    for j in 0..around {
+        triangles.extend([[0, at(0, j + 1), at(0, j)], [pole, at(last, j), at(last, j + 1)]]);
+        for ring in 0..last {
+            let [a, b, c, d] = [at(ring, j), at(ring, j + 1), at(ring + 1, j + 1), at(ring + 1, j)];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    MeshSolid::new(points, triangles).expect("it is closed")
+}
+
+/// How many nodes and leaves are looked at for the distances of points (m).
+fn looks(solid: &MeshSolid, points: &[[f64; 3]]) -> u64 {
+    let Surface { tree, union, .. } = &*solid.0;
+    let taken = || tree.looks.take() + union.as_ref().map_or(0, |union| union.boxes.looks.take());
+    taken();
+    for p in points {
+        let (distance, _) = solid.0.at(*p);
+        assert!(distance.is_finite());
+    }
+    taken()
+}
+
+#[test]
+fn a_distance_from_ten_parts_costs_little_more_than_from_one_mesh_of_as_many_triangles() {
+    // Balls that overlap by a fifth of their size, in a row.
+    let ways: Vec<[f64; 3]> =
+        (0..10_u32).map(|i| [0.8 * f64::from(i), 0.0, 0.1 * f64::from(i).sin()]).collect();
+    let (parts, one) = (copies(&ball([20, 11]), &ways), ball([40, 51]));
+    assert_eq!((parts.triangles().len(), one.triangles().len()), (4_000, 4_000));
+
+    // Up to 6 cm outside of the surface, as where cloth lies on it.
+    let (mut near_parts, mut near_one) = (Vec::new(), Vec::new());
+    for k in 0..4_000_u32 {
+        let (up, angle) = (1.0 - (f64::from(k) + 0.5) / 2_000.0, 2.399_963 * f64::from(k));
+        let (out, away) = ((1.0 - up * up).sqrt(), 0.5 + 0.06 * (0.754_877 * f64::from(k)).fract());
+        let p = [away * out * angle.cos(), away * up, away * out * angle.sin()];
+        let way = ways[k as usize * 7 % ways.len()];
+        let of_parts = [0, 1, 2].map(|c| p[c] + way[c]);
+        if parts.0.at(of_parts).0 > 0.0 && one.0.at(p).0 > 0.0 {
+            near_parts.push(of_parts);
+            near_one.push(p);
+        }
+    }
+    assert!(near_one.len() > 2_000, "{} points", near_one.len());
+
+    // All over the boxes around them, and half a metre beyond.
+    let all_over = |low: [f64; 3], high: [f64; 3]| -> Vec<[f64; 3]> {
+        let share = |k: u32, c: usize| (f64::from(k) * [0.819_173, 0.671_044, 0.549_700][c]).fract();
+        let count = near_one.len() as u32;
+        (0..count).map(|k| [0, 1, 2].map(|c| low[c] + share(k, c) * (high[c] - low[c]))).collect()
+    };
+    let (over_parts, over_one) =
+        (all_over([-1.0, -1.0, -1.1], [8.2, 1.0, 1.1]), all_over([-1.0; 3], [1.0; 3]));
+
+    let [near, over] = [(near_parts, near_one), (over_parts, over_one)]
+        .map(|(of_parts, of_one)| [looks(&parts, &of_parts), looks(&one, &of_one)].map(|looks| looks as f64));
+    let (all, of_near) = ((near[0] + over[0]) / (near[1] + over[1]), near[0] / near[1]);
+    assert!(all < 1.5, "{all} times as many looks: near {near:?}, all over {over:?}");
+    // Beside a part others must be asked too.
+    assert!(of_near < 1.8, "{of_near} times as many looks near the surface: {near:?}");
 }

@@ -4,6 +4,8 @@
 //! triangles are halved across their longest sides, down to four in a leaf; a node has boxes around quarters of a range. So
 //! the tree follows from the mesh alone, and the nearest one from the mesh and the point: how it was found plays no part.
 
+#[cfg(test)]
+use super::boxes::Looks;
 use super::{
     boxes::{Bounds, DEPTH, LEAF, NONE, Node, ROOT, ROUNDING, around, enclose, may_hold, sort, sorted},
     four::{Four, WIDTH},
@@ -22,6 +24,8 @@ pub(super) struct Tree {
     /// The first one is over all leaves.
     nodes: Vec<Node>,
     bounds: Bounds,
+    #[cfg(test)]
+    pub(super) looks: Looks,
 }
 
 /// A triangle: its leaf, and its place there.
@@ -83,7 +87,14 @@ impl Tree {
             [one] => (enclose(one, 0, &mut nodes), vec![ROOT]),
             _ => enclose_groups(&held, shown, &mut nodes),
         };
-        (Self { leaves, nodes, bounds }, roots)
+        let tree = Self {
+            leaves,
+            nodes,
+            bounds,
+            #[cfg(test)]
+            looks: Looks::default(),
+        };
+        (tree, roots)
     }
 
     /// The box around all of it (m), no smaller than it.
@@ -99,12 +110,20 @@ impl Tree {
 
     /// The nearest triangle, and the square (m²) of its distance; none where the point (m) is not finite.
     pub(super) fn nearest(&self, p: [f64; 3]) -> Option<(f64, Leaf)> {
-        dispatch(Nearest { tree: self, roots: [ROOT, NONE], p })
+        self.nearest_below([ROOT, NONE], p)
     }
 
     /// The same of the groups that have these roots: the second may be [`NONE`].
     pub(super) fn nearest_below(&self, roots: [u32; 2], p: [f64; 3]) -> Option<(f64, Leaf)> {
-        dispatch(Nearest { tree: self, roots, p })
+        dispatch(Nearest { tree: self, roots, p, best: Best::none() })
+    }
+
+    /// The nearest of a triangle and the group with this root.
+    pub(super) fn nearest_of(&self, known: Leaf, root: u32, p: [f64; 3]) -> Option<(f64, Leaf)> {
+        let triangles = &self.leaves[known.leaf];
+        let number = triangles.number[known.lane];
+        let best = Best { square: triangles.place(known.lane, p).square, number, leaf: Some(known) };
+        dispatch(Nearest { tree: self, roots: [root, NONE], p, best })
     }
 
     /// Whether a triangle of the group with this root, no farther from a point (m) than the root of `square` (m²), is wanted; asks
@@ -177,6 +196,7 @@ impl Tree {
 }
 
 /// The nearest triangle so far.
+#[derive(Clone, Copy)]
 struct Best {
     square: f64,
     number: u32,
@@ -212,6 +232,8 @@ struct Nearest<'a> {
     /// Where it begins: one place, or two.
     roots: [u32; 2],
     p: [f64; 3],
+    /// What it begins with.
+    best: Best,
 }
 
 impl WithSimd<f64> for Nearest<'_> {
@@ -220,8 +242,7 @@ impl WithSimd<f64> for Nearest<'_> {
 
     #[inline(always)]
     fn run<P: Pack<Number = f64>>(self) -> Self::Output {
-        let Self { tree, roots, p } = self;
-        let mut best = Best::none();
+        let Self { tree, roots, p, mut best } = self;
         let mut waiting = [(0.0_f64, 0_u32); DEPTH];
         waiting[0].1 = roots[0];
         let mut count = 1;
@@ -235,6 +256,8 @@ impl WithSimd<f64> for Nearest<'_> {
             if !may_hold(square, best.square) {
                 continue;
             }
+            #[cfg(test)]
+            tree.looks.add();
             if child & LEAF != 0 {
                 best.look(tree, (child & !LEAF) as usize, p);
                 continue;

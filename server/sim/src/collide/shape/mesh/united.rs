@@ -9,7 +9,7 @@ use super::{
     boxes::{Bounds, Boxes, NONE},
     buried::Buried,
     sides::Sides,
-    tree::{Mesh, Tree},
+    tree::{Leaf, Mesh, Tree},
 };
 use crate::collide::shape::geometry::Nearest;
 
@@ -20,10 +20,10 @@ const FEW_PARTS: usize = 64;
 #[derive(Clone, Debug)]
 pub(super) struct Union {
     /// Part of each triangle.
-    of_triangle: Vec<u32>,
+    pub(super) of_triangle: Vec<u32>,
     parts: Vec<Part>,
     /// Boxes around those parts that others may overlap.
-    boxes: Boxes,
+    pub(super) boxes: Boxes,
     /// How many parts these are.
     near_others: usize,
 }
@@ -38,6 +38,9 @@ struct Part {
 }
 
 impl Union {
+    /// What is kept of each triangle.
+    pub(super) const BYTES_PER_TRIANGLE: u64 = size_of::<u32>() as u64;
+
     /// Of the triangles of each part: the tree that shows what may be seen of the union, and what is to be known of the parts.
     pub(super) fn new(mesh: Mesh<'_>, sides: Sides<'_>, parts: &[Vec<u32>]) -> (Tree, Self) {
         let mut of_triangle = vec![0; mesh.triangles.len()];
@@ -93,16 +96,22 @@ impl Union {
         tree: &Tree,
         sides: Sides<'_>,
         p: [f64; 3],
-        (triangle, nearest): (u32, Nearest),
+        (found, nearest): (Leaf, Nearest),
     ) -> Nearest {
-        let own = self.of_triangle[triangle as usize];
+        let own = self.of_triangle[tree.leaves[found.leaf].number[found.lane] as usize];
         let mut deepest: Option<Nearest> = None;
         self.boxes.around(p, |number| {
             let part = self.parts[number as usize];
             if number == own && !part.is_partly_buried {
                 return;
             }
-            let Some((_, leaf)) = tree.nearest_below(part.roots, p) else { return };
+            let nearest = if number == own {
+                // None of its triangles that may be seen is nearer than this one: only the others are asked.
+                tree.nearest_of(found, part.roots[1], p)
+            } else {
+                tree.nearest_below(part.roots, p)
+            };
+            let Some((_, leaf)) = nearest else { return };
             let here = sides.at(tree, leaf, p);
             if here.0 < deepest.map_or(0.0, |deepest| deepest.0) {
                 deepest = Some(here);
