@@ -46,6 +46,7 @@ mod target;
 mod client;
 mod pending;
 mod link;
+mod saved;
 mod step;
 mod resume;
 mod watch;
@@ -62,6 +63,7 @@ pub use mesh_file::MeshFile;
 pub use options::{CreateSession, DecodeLimits, Delivery, Encoding, Precision, Scene, Wait, WatchOptions};
 pub use pose::ColliderPose;
 pub use reconnect::ReconnectPolicy;
+pub use saved::SavedSession;
 pub use selection::{
     Axis, Field, Fields, GridOptions, GridSelection, ParseFieldError, ParseGridError, holds_snow,
 };

@@ -10,7 +10,7 @@ use crate::{
     selection::{Fields, GridOptions},
 };
 
-/// A session to create. 0 and `None` mean "as the scene says".
+/// A session to create. 0 and `None` mean "as the scene says", or the session that was saved.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CreateSession {
     /// Its id: 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first. Empty: the server chooses.
@@ -42,6 +42,11 @@ impl CreateSession {
         Self { scene: Scene::Text(text.into()), ..Self::default() }
     }
 
+    /// The file of a session that was saved, by the id that [`crate::Client::upload_saved`] gave.
+    pub fn from_saved(checkpoint_id: impl Into<String>) -> Self {
+        Self { scene: Scene::Checkpoint(checkpoint_id.into()), ..Self::default() }
+    }
+
     /// The message. Its request id makes a repeated request return the session of the first.
     pub(crate) fn into_request(self) -> v1::CreateSessionRequest {
         use v1::create_session_request::Scene as Wire;
@@ -50,6 +55,7 @@ impl CreateSession {
             scene: Some(match self.scene {
                 Scene::Named(name) => Wire::SceneName(name),
                 Scene::Text(text) => Wire::SceneText(text),
+                Scene::Checkpoint(id) => Wire::CheckpointId(id),
             }),
             precision: match self.precision {
                 None => v1::Precision::Unspecified,
@@ -74,6 +80,8 @@ pub enum Scene {
     Named(String),
     /// A scene file's text (TOML).
     Text(String),
+    /// The file of a session that was saved, by the id that [`crate::Client::upload_saved`] gave: the new session goes on from there.
+    Checkpoint(String),
 }
 
 impl Default for Scene {

@@ -11,7 +11,7 @@ const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 const CONTRACT: &str = "..";
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 16] = [
+const JSON_MESSAGES: [&str; 17] = [
     "Session",
     "SessionRanks",
     "Failure",
@@ -23,6 +23,7 @@ const JSON_MESSAGES: [&str; 16] = [
     "Diagnostics",
     "ColliderLoad",
     "SurfaceReport",
+    "RestReport",
     "ClothSteps",
     "SnowDiagnostics",
     "SolveReport",

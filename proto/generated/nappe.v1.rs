@@ -304,7 +304,7 @@ pub struct Carried {
     /// Numbers in an order of the server's version.
     #[prost(double, repeated, tag = "1")]
     pub numbers: ::prost::alloc::vec::Vec<f64>,
-    /// What steps depend on, too, and no number says: `calls` (gravity, wind, parameters, forces or ways that calls have changed), `past`
+    /// What steps depend on, too, and no number says: `calls` (gravity, wind, parameters, forces, pulls or ways that calls have changed), `past`
     /// (the step before, of integrators that know of it), `warm_start`, `patches`, `pins`.
     #[prost(string, repeated, tag = "2")]
     pub missing: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
@@ -428,6 +428,31 @@ pub struct Diagnostics {
     /// the first step.
     #[prost(message, optional, tag = "18")]
     pub surface: ::core::option::Option<SurfaceReport>,
+    /// How still cloth lies. Absent where the scene has no `\[rest\]`, and before the first step.
+    #[prost(message, optional, tag = "19")]
+    pub rest: ::core::option::Option<RestReport>,
+}
+/// How still cloth lies, watched over windows of eight steps of the scene. No step depends on it. A piece is what springs and
+/// elements hold together; a particle without them is one by itself.
+#[derive(serde::Serialize)]
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct RestReport {
+    /// Share of the particles that are in calm pieces, from 0 to 1.
+    #[prost(double, tag = "1")]
+    pub calm_share: f64,
+    /// Pieces of cloth.
+    #[prost(uint64, tag = "2")]
+    pub pieces: u64,
+    /// Those of them that are calm.
+    #[prost(uint64, tag = "3")]
+    pub calm_pieces: u64,
+    /// The farthest that a particle was from where it began the last whole window (m). 0 before the first window has ended.
+    #[prost(double, tag = "4")]
+    pub way_m: f64,
+    /// Half of the largest change of a particle's way within the last whole window from that within the one before (m). 0 before
+    /// the first window has ended.
+    #[prost(double, tag = "5")]
+    pub change_m: f64,
 }
 /// What kept surfaces of cloth apart in one step of the scene.
 #[derive(serde::Serialize)]
@@ -958,6 +983,9 @@ pub struct Limits {
     /// Bytes of frames that watchers hold beyond those that sessions keep.
     #[prost(uint64, tag = "26")]
     pub max_held_bytes: u64,
+    /// Particles that the pulls of one call hold.
+    #[prost(uint32, tag = "30")]
+    pub max_pulls: u32,
 }
 /// One piece of an upload: the header of a mesh or of a file once and first, then data.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -1080,7 +1108,7 @@ pub struct FinishUploadRequest {
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct FinishUploadResponse {
-    /// A scene names the mesh as `mesh = { upload = "ID" }`.
+    /// A scene names the mesh as `mesh = { upload = "ID" }`. Of a session that was saved, its id for `checkpoint_id`.
     #[prost(string, tag = "1")]
     pub mesh_id: ::prost::alloc::string::String,
     /// What is odd about the file or the mesh but does not stop a simulation.
@@ -1089,7 +1117,7 @@ pub struct FinishUploadResponse {
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct UploadMeshResponse {
-    /// A scene names the mesh as `mesh = { upload = "ID" }`.
+    /// A scene names the mesh as `mesh = { upload = "ID" }`. Of a session that was saved, its id for `checkpoint_id`.
     #[prost(string, tag = "1")]
     pub mesh_id: ::prost::alloc::string::String,
     /// What is odd about the file or the mesh but does not stop a simulation: isolated points, repeated triangles.
@@ -1123,7 +1151,7 @@ pub struct CreateSessionRequest {
     /// Where the session begins instead of at the start of the scene. Absent: there.
     #[prost(message, optional, tag = "10")]
     pub begin: ::core::option::Option<Begin>,
-    #[prost(oneof = "create_session_request::Scene", tags = "2, 3")]
+    #[prost(oneof = "create_session_request::Scene", tags = "2, 3, 11")]
     pub scene: ::core::option::Option<create_session_request::Scene>,
 }
 /// Nested message and enum types in `CreateSessionRequest`.
@@ -1136,6 +1164,10 @@ pub mod create_session_request {
         /// The text of a scene file (TOML).
         #[prost(string, tag = "3")]
         SceneText(::prost::alloc::string::String),
+        /// An uploaded file of a session that was saved: the new one goes on from there, under a uid of its own. What below follows the scene
+        /// follows that session then; it cannot begin at a frame, nor in another precision.
+        #[prost(string, tag = "11")]
+        CheckpointId(::prost::alloc::string::String),
     }
 }
 /// A frame of a scene of cloth at which a session begins: its frame 0 is that frame. Wind, forces, pins and colliders of the scene are where
@@ -1186,6 +1218,24 @@ pub struct ForkSessionResponse {
     /// with number 0, the state that it was made with.
     #[prost(message, optional, tag = "1")]
     pub session: ::core::option::Option<Session>,
+}
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct SaveSessionRequest {
+    #[prost(string, tag = "1")]
+    pub session_id: ::prost::alloc::string::String,
+    /// Uid that the session must have. Empty: any.
+    #[prost(string, tag = "2")]
+    pub session_uid: ::prost::alloc::string::String,
+}
+/// A piece of a file.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct SaveSessionResponse {
+    /// Bytes of the whole file, the same in each piece. A file of fewer bytes was cut off.
+    #[prost(uint64, tag = "1")]
+    pub byte_count: u64,
+    /// The piece, 1 byte to 1 MiB; pieces come in order.
+    #[prost(bytes = "bytes", tag = "2")]
+    pub data: ::prost::bytes::Bytes,
 }
 /// A session as of now.
 #[derive(serde::Serialize)]
@@ -1338,6 +1388,9 @@ pub struct ClothParameters {
     /// The air that acts on its triangles. Absent where it feels none.
     #[prost(message, optional, tag = "4")]
     pub air: ::core::option::Option<Air>,
+    /// How many of its particles are pulled.
+    #[prost(uint32, tag = "6")]
+    pub pull_count: u32,
 }
 /// The air around a body of cloth, and how its triangles feel it: docs/laws/medium.md.
 #[derive(serde::Serialize)]
@@ -1571,6 +1624,8 @@ pub struct UpdateParametersRequest {
     pub colliders: ::prost::alloc::vec::Vec<ColliderUpdate>,
     #[prost(message, repeated, tag = "15")]
     pub collider_paths: ::prost::alloc::vec::Vec<ColliderPath>,
+    #[prost(message, repeated, tag = "18")]
+    pub pulls: ::prost::alloc::vec::Vec<PullUpdate>,
 }
 /// Changes of parameters in a call that does something else too; those that are absent stay as they are.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -1601,6 +1656,8 @@ pub struct Changes {
     pub colliders: ::prost::alloc::vec::Vec<ColliderUpdate>,
     #[prost(message, repeated, tag = "11")]
     pub collider_paths: ::prost::alloc::vec::Vec<ColliderPath>,
+    #[prost(message, repeated, tag = "14")]
+    pub pulls: ::prost::alloc::vec::Vec<PullUpdate>,
 }
 /// New stiffness or damping of the springs of one kind.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -1653,6 +1710,31 @@ pub struct ForceUpdate {
     /// Or a force for each: three little-endian f64 (N).
     #[prost(bytes = "bytes", tag = "4")]
     pub forces_f64: ::prost::bytes::Bytes,
+}
+/// Draws particles of a cloth to points, as a hand does: the server makes the force anew from the state before each step, and
+/// holds it over the step. A particle at x with velocity v gets the acceleration w^2 (p - x) - 2 w v, p its point and w the
+/// frequency, shortened to `most`; it comes to rest at p where nothing else acts. A pull takes the place of the one that there
+/// was on its particle, ends by itself, and adds to gravity, air and forces. Pins and snow follow none.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PullUpdate {
+    /// Name of a body of cloth.
+    #[prost(string, tag = "1")]
+    pub body: ::prost::alloc::string::String,
+    /// Particles: one little-endian u32 each, their indices within the body. Empty: all particles of the body.
+    #[prost(bytes = "bytes", tag = "2")]
+    pub particles_u32: ::prost::bytes::Bytes,
+    /// Where each of them is drawn to: three little-endian f64 (m), each within 1e6. Empty: their pulls end.
+    #[prost(bytes = "bytes", tag = "3")]
+    pub points_f64: ::prost::bytes::Bytes,
+    /// w (1/s), above 0. At most 0.5 / dt, dt the session's time step: the force is held over a step.
+    #[prost(double, tag = "4")]
+    pub frequency: f64,
+    /// The acceleration at most (m/s^2), above 0 and at most 1e6.
+    #[prost(double, tag = "5")]
+    pub most: f64,
+    /// Simulated time after which the pull ends (s), above 0 and at most 10. At least one step.
+    #[prost(double, tag = "6")]
+    pub seconds: f64,
 }
 /// Where all particles of a body are before a step, and how fast they are. What was before is forgotten; pins stand
 /// where they are put.
@@ -1764,8 +1846,8 @@ pub struct ListPendingChangesResponse {
     #[prost(string, tag = "2")]
     pub next_page_token: ::prost::alloc::string::String,
 }
-/// What one call of UpdateParameters asked for, and waits for its step. Arrays of forces and states with more than 4 KiB are
-/// left out.
+/// What one call of UpdateParameters asked for, and waits for its step. Arrays of forces, pulls and states with more than
+/// 4 KiB are left out.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PendingChange {
     /// Where it stands among the changes of the session.
@@ -1996,9 +2078,25 @@ pub mod watch_diagnostics_response {
         Progress(super::Progress),
     }
 }
-#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
-pub struct MakeLinkRequest {}
-/// A code that is good once, for a time. At most 64 are good at a time: the oldest gives way to a newer one.
+/// Without a session, the link gives the token of the server, once. With one, each who opens it gets a token of his own, with
+/// which there is no other session: it may watch that session, make copies of it, and do everything with these.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct MakeLinkRequest {
+    /// Id of the session that the link is for.
+    #[prost(string, tag = "1")]
+    pub session_id: ::prost::alloc::string::String,
+    /// Copies that each who opens it may have at a time, 0 to 4.
+    #[prost(uint32, tag = "2")]
+    pub forks: u32,
+    /// How often it can be opened, at most 1000. 0: once.
+    #[prost(uint32, tag = "3")]
+    pub uses: u32,
+    /// Seconds after which it ends, with the tokens that it gave, at most 43200. 0: as those without a session. It ends with
+    /// the session, too.
+    #[prost(uint32, tag = "4")]
+    pub seconds: u32,
+}
+/// A code that is good for a time. At most 64 are good at a time: the oldest gives way to a newer one.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct MakeLinkResponse {
     /// 128 random bits as 32 hexadecimal digits. Whoever has it can get the token.
@@ -2016,11 +2114,12 @@ pub struct OpenLinkRequest {
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct OpenLinkResponse {
-    /// What callers show, in the header `authorization: Bearer TOKEN`. Empty if the server asks for none.
+    /// What callers show, in the header `authorization: Bearer TOKEN`: the token of the server, or one of the link's own. Empty if the
+    /// server asks for none.
     #[prost(string, tag = "1")]
     pub token: ::prost::alloc::string::String,
 }
-/// Formats of mesh files.
+/// Formats of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
 #[repr(i32)]
 pub enum FileFormat {
@@ -2036,6 +2135,8 @@ pub enum FileFormat {
     Eti = 4,
     /// STL, as text or binary: facets, whose corners in one place become one point.
     Stl = 5,
+    /// No mesh: a session that SaveSession gave. CreateSession names it as `checkpoint_id`, by the id that the upload is answered with.
+    Checkpoint = 6,
 }
 impl FileFormat {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -2050,6 +2151,7 @@ impl FileFormat {
             Self::Ply => "FILE_FORMAT_PLY",
             Self::Eti => "FILE_FORMAT_ETI",
             Self::Stl => "FILE_FORMAT_STL",
+            Self::Checkpoint => "FILE_FORMAT_CHECKPOINT",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -2061,6 +2163,7 @@ impl FileFormat {
             "FILE_FORMAT_PLY" => Some(Self::Ply),
             "FILE_FORMAT_ETI" => Some(Self::Eti),
             "FILE_FORMAT_STL" => Some(Self::Stl),
+            "FILE_FORMAT_CHECKPOINT" => Some(Self::Checkpoint),
             _ => None,
         }
     }
@@ -2482,7 +2585,7 @@ pub mod simulation_service_client {
                 .insert(GrpcMethod::new("nappe.v1.SimulationService", "FinishUpload"));
             self.inner.unary(req, path, codec).await
         }
-        /// Makes a session, paused before its first step.
+        /// Makes a session, paused before its first step; of one that was saved, paused where that stood, with the same bits.
         pub async fn create_session(
             &mut self,
             request: impl tonic::IntoRequest<super::CreateSessionRequest>,
@@ -2531,6 +2634,32 @@ pub mod simulation_service_client {
             req.extensions_mut()
                 .insert(GrpcMethod::new("nappe.v1.SimulationService", "ForkSession"));
             self.inner.unary(req, path, codec).await
+        }
+        /// Gives a session as it stands between two of its steps, as a file in pieces: what this or another server of the same version needs to go
+        /// on with it. The session goes on. It takes the place of an upload while it is read.
+        pub async fn save_session(
+            &mut self,
+            request: impl tonic::IntoRequest<super::SaveSessionRequest>,
+        ) -> std::result::Result<
+            tonic::Response<tonic::codec::Streaming<super::SaveSessionResponse>>,
+            tonic::Status,
+        > {
+            self.inner
+                .ready()
+                .await
+                .map_err(|e| {
+                    tonic::Status::unknown(
+                        format!("Service was not ready: {}", e.into()),
+                    )
+                })?;
+            let codec = tonic_prost::ProstCodec::default();
+            let path = http::uri::PathAndQuery::from_static(
+                "/nappe.v1.SimulationService/SaveSession",
+            );
+            let mut req = request.into_request();
+            req.extensions_mut()
+                .insert(GrpcMethod::new("nappe.v1.SimulationService", "SaveSession"));
+            self.inner.server_streaming(req, path, codec).await
         }
         /// Describes one session as of now.
         pub async fn get_session(
@@ -2870,7 +2999,8 @@ pub mod simulation_service_client {
                 );
             self.inner.server_streaming(req, path, codec).await
         }
-        /// Makes a code that lets a browser in, once: it stands behind the address of the server's page, `http://HOST:PORT/#CODE`.
+        /// Makes a code that lets a browser in, once, or as many as a link to one session is for: it stands behind the address of the
+        /// server's page, `http://HOST:PORT/#CODE`.
         pub async fn make_link(
             &mut self,
             request: impl tonic::IntoRequest<super::MakeLinkRequest>,
@@ -2895,7 +3025,7 @@ pub mod simulation_service_client {
                 .insert(GrpcMethod::new("nappe.v1.SimulationService", "MakeLink"));
             self.inner.unary(req, path, codec).await
         }
-        /// Gives the token for a code, once. It is the only method of this service that needs no token.
+        /// Gives the token for a code, as often as its link can be opened. It is the only method of this service that needs no token.
         pub async fn open_link(
             &mut self,
             request: impl tonic::IntoRequest<super::OpenLinkRequest>,
@@ -2976,7 +3106,7 @@ pub mod simulation_service_server {
             tonic::Response<super::FinishUploadResponse>,
             tonic::Status,
         >;
-        /// Makes a session, paused before its first step.
+        /// Makes a session, paused before its first step; of one that was saved, paused where that stood, with the same bits.
         async fn create_session(
             &self,
             request: tonic::Request<super::CreateSessionRequest>,
@@ -2990,6 +3120,21 @@ pub mod simulation_service_server {
             request: tonic::Request<super::ForkSessionRequest>,
         ) -> std::result::Result<
             tonic::Response<super::ForkSessionResponse>,
+            tonic::Status,
+        >;
+        /// Server streaming response type for the SaveSession method.
+        type SaveSessionStream: tonic::codegen::tokio_stream::Stream<
+                Item = std::result::Result<super::SaveSessionResponse, tonic::Status>,
+            >
+            + std::marker::Send
+            + 'static;
+        /// Gives a session as it stands between two of its steps, as a file in pieces: what this or another server of the same version needs to go
+        /// on with it. The session goes on. It takes the place of an upload while it is read.
+        async fn save_session(
+            &self,
+            request: tonic::Request<super::SaveSessionRequest>,
+        ) -> std::result::Result<
+            tonic::Response<Self::SaveSessionStream>,
             tonic::Status,
         >;
         /// Describes one session as of now.
@@ -3116,7 +3261,8 @@ pub mod simulation_service_server {
             tonic::Response<Self::WatchDiagnosticsStream>,
             tonic::Status,
         >;
-        /// Makes a code that lets a browser in, once: it stands behind the address of the server's page, `http://HOST:PORT/#CODE`.
+        /// Makes a code that lets a browser in, once, or as many as a link to one session is for: it stands behind the address of the
+        /// server's page, `http://HOST:PORT/#CODE`.
         async fn make_link(
             &self,
             request: tonic::Request<super::MakeLinkRequest>,
@@ -3124,7 +3270,7 @@ pub mod simulation_service_server {
             tonic::Response<super::MakeLinkResponse>,
             tonic::Status,
         >;
-        /// Gives the token for a code, once. It is the only method of this service that needs no token.
+        /// Gives the token for a code, as often as its link can be opened. It is the only method of this service that needs no token.
         async fn open_link(
             &self,
             request: tonic::Request<super::OpenLinkRequest>,
@@ -3529,6 +3675,53 @@ pub mod simulation_service_server {
                                 max_encoding_message_size,
                             );
                         let res = grpc.unary(method, req).await;
+                        Ok(res)
+                    };
+                    Box::pin(fut)
+                }
+                "/nappe.v1.SimulationService/SaveSession" => {
+                    #[allow(non_camel_case_types)]
+                    struct SaveSessionSvc<T: SimulationService>(pub Arc<T>);
+                    impl<
+                        T: SimulationService,
+                    > tonic::server::ServerStreamingService<super::SaveSessionRequest>
+                    for SaveSessionSvc<T> {
+                        type Response = super::SaveSessionResponse;
+                        type ResponseStream = T::SaveSessionStream;
+                        type Future = BoxFuture<
+                            tonic::Response<Self::ResponseStream>,
+                            tonic::Status,
+                        >;
+                        fn call(
+                            &mut self,
+                            request: tonic::Request<super::SaveSessionRequest>,
+                        ) -> Self::Future {
+                            let inner = Arc::clone(&self.0);
+                            let fut = async move {
+                                <T as SimulationService>::save_session(&inner, request)
+                                    .await
+                            };
+                            Box::pin(fut)
+                        }
+                    }
+                    let accept_compression_encodings = self.accept_compression_encodings;
+                    let send_compression_encodings = self.send_compression_encodings;
+                    let max_decoding_message_size = self.max_decoding_message_size;
+                    let max_encoding_message_size = self.max_encoding_message_size;
+                    let inner = self.inner.clone();
+                    let fut = async move {
+                        let method = SaveSessionSvc(inner);
+                        let codec = tonic_prost::ProstCodec::default();
+                        let mut grpc = tonic::server::Grpc::new(codec)
+                            .apply_compression_config(
+                                accept_compression_encodings,
+                                send_compression_encodings,
+                            )
+                            .apply_max_message_size_config(
+                                max_decoding_message_size,
+                                max_encoding_message_size,
+                            );
+                        let res = grpc.server_streaming(method, req).await;
                         Ok(res)
                     };
                     Box::pin(fut)

@@ -84,6 +84,10 @@ reasons! {
         "The uploaded mesh cannot be read or simulated: an index out of range, a number that is not finite, a file that is not of its format; of a file, the metadata `violation`, `file`, `line` and `column` name the place."
         "Correct the mesh."
 
+    InvalidCheckpoint "INVALID_CHECKPOINT" InvalidArgument
+        "The uploaded file is no session that a server of this version can go on with: it was cut or altered, has another format, or says what no session can have; the metadata `section` names the part of it, where one is known."
+        "Upload the file as it was saved, or save the session again."
+
     InvalidUpload "INVALID_UPLOAD" InvalidArgument
         "The pieces of an upload do not follow its header: no header first, too many bytes, too few, or a piece that is empty or above 1 MiB."
         "Send the header once and first, then exactly the bytes that it announces."
@@ -116,6 +120,10 @@ reasons! {
         "The scene names an uploaded mesh that the server does not have, or no longer has."
         "Upload the mesh again and name the new id: only the newest are kept, within `max_meshes` and `max_mesh_store_bytes`."
 
+    CheckpointNotFound "CHECKPOINT_NOT_FOUND" NotFound
+        "No uploaded file of a session has this id: it was never uploaded, or dropped for newer uploads."
+        "Upload the file again and name the new id: only the newest uploads are kept, within `max_meshes` and `max_mesh_store_bytes`."
+
     UploadNotFound "UPLOAD_NOT_FOUND" NotFound
         "No upload in progress has this id: it paused for too long, took too long or came too slowly, or the server restarted."
         "Begin the upload again, and send its pieces without pausing."
@@ -123,6 +131,10 @@ reasons! {
     LinkNotFound "LINK_NOT_FOUND" NotFound
         "No link has this code: it was opened before, is too old, gave way to newer ones, or is of another server."
         "Make a new link (`nappe view --web`), or show the token itself."
+
+    LinkTooNarrow "LINK_TOO_NARROW" PermissionDenied
+        "The token is that of a link to one session: it may watch and copy that session, and do everything with copies of its own, and nothing else."
+        "Fork the session and work with the copy, or show the token of the server."
 
     UnknownMethod "UNKNOWN_METHOD" Unimplemented
         "The server has no such service or method."
@@ -313,7 +325,7 @@ reasons! {
         "Ask for fewer ranks, or raise the limit (`--max-ranks`)."
 
     RanksUnsupported "RANKS_UNSUPPORTED" InvalidArgument
-        "The scene has something that several ranks cannot step together: semi-implicit snow, vertex block descent, an assembled matrix, or cloth with a thickness or whose crossings are counted; the message names the body and the setting."
+        "The scene has something that several ranks cannot step together: semi-implicit snow, vertex block descent, an assembled matrix, or cloth with a thickness, whose crossings are counted or that is watched for rest; the message names the body and the setting."
         "Choose another setting, or step the scene without ranks."
 
     RanksUnavailable "RANKS_UNAVAILABLE" FailedPrecondition
@@ -370,7 +382,7 @@ reasons! {
 
     ServerDraining "SERVER_DRAINING" Unavailable
         "The server is shutting down and ends calls and streams."
-        "Connect again later; sessions do not survive a restart."
+        "Connect again later; sessions do not survive a restart, unless they were saved."
 
     Internal "INTERNAL" Internal
         "A bug in the server."

@@ -15,6 +15,7 @@ macro_rules! requests {
 
 requests! {
     ForkSessionRequest
+    SaveSessionRequest
     GetSessionRequest
     DeleteSessionRequest
     PlaySessionRequest

@@ -29,7 +29,7 @@ use crate::{
 /// Name of the service in health checks.
 const SERVICE: &str = "nappe.v1.SimulationService";
 
-/// Time between two looks for sessions that nobody uses, and for refusals that were counted.
+/// Time between two looks for sessions that nobody uses, for passes that end, and for refusals that were counted.
 const LOOK_INTERVAL: Duration = Duration::from_millis(500);
 
 /// A running server. Dropping it begins a shutdown without waiting for it.
@@ -190,13 +190,14 @@ impl App {
     }
 }
 
-/// Looks now and then for sessions that nobody uses, and for refusals that the log is to be told of.
+/// Looks now and then for sessions that nobody uses, for passes that end, and for refusals that the log is to be told of.
 async fn look(shared: Arc<Shared>, draining: CancellationToken) {
     let mut times = tokio::time::interval(LOOK_INTERVAL);
     loop {
         tokio::select! {
             _ = times.tick() => {
                 shared.registry.end_unused();
+                shared.end_passes();
                 shared.refusals.tell_due(Instant::now());
             }
             () = draining.cancelled() => return,

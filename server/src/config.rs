@@ -222,6 +222,9 @@ pub struct Limits {
     /// Changes of parameters in one `UpdateParameters` call.
     #[arg(long, env = "NAPPE_MAX_CHANGES_PER_CALL", default_value_t = Limits::default().max_changes_per_call, value_parser = whole::<u32>(0..))]
     pub max_changes_per_call: u32,
+    /// Particles that the pulls of one call hold.
+    #[arg(long, env = "NAPPE_MAX_PULLS", default_value_t = Limits::default().max_pulls, value_parser = whole::<u32>(0..))]
+    pub max_pulls: u32,
     /// Nodes of the snow's grid in one frame, for each watcher.
     #[arg(long, env = "NAPPE_MAX_GRID_NODES", default_value_t = Limits::default().max_grid_nodes, value_parser = whole::<u32>(0..))]
     pub max_grid_nodes: u32,
@@ -256,6 +259,7 @@ impl Default for Limits {
             max_streams_per_connection: 128,
             max_pending_changes: 100_000,
             max_changes_per_call: 10_000,
+            max_pulls: 4096,
             max_grid_nodes: 1 << 18,
         }
     }

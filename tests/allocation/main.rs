@@ -5,7 +5,7 @@ mod ranks;
 mod snow;
 
 use nappe_sim::{
-    cloth::{ElementKind, ElementList, Hessian, Integrator, NewtonSettings, SpringLaw},
+    cloth::{ElementKind, ElementList, Hessian, Integrator, NewtonSettings, RestSettings, SpringLaw},
     collide::{Collider, Contact, Shape, StartInside, shape::Sphere},
     linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
@@ -61,10 +61,11 @@ fn in_tray(method: Method, solver: SolverSettings) -> Scene {
     scene
 }
 
-/// A pile of sheets that keep a thickness.
+/// A pile of sheets that keep a thickness, watched for rest.
 fn pile(precision: Precision) -> Scene {
     let mut scene = piled([3, 10], 2e-3, &Case { precision, friction: 0.3, numbering: Numbering::AsBuilt });
     scene.settings.block_size = 64;
+    scene.settings.rest = Some(RestSettings { error: 1e-3, within: 1.0 });
     scene
 }
 
@@ -173,6 +174,17 @@ fn a_step_allocates_nothing_after_the_first_ones() {
                 let made = pool.install(|| count(&mut simulation, 10));
                 assert_eq!(made, 0, "snow, {name}, {precision}, {threads} threads");
             }
+        }
+    }
+    snow_over_ranks_allocates_nothing();
+}
+
+/// Of each transfer and kernel that ranks can step.
+fn snow_over_ranks_allocates_nothing() {
+    for (name, scene) in snow::scenes_for_ranks() {
+        for (precision, size) in Precision::ALL.into_iter().zip([2, 3]) {
+            let made = ranks::count_of_snow(&scene, precision, size);
+            assert_eq!(made, 0, "snow, {name}, {precision}, over {size} ranks");
         }
     }
 }

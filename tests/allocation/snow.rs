@@ -29,7 +29,17 @@ pub(crate) fn simulations(precision: Precision) -> Vec<(String, Simulation)> {
     all
 }
 
+/// What ranks can step of that: name and scene, for every transfer and kernel.
+pub(crate) fn scenes_for_ranks() -> Vec<(String, SnowScene)> {
+    let named = |variant: Variant| (variant.name(), scene(variant, Integration::Explicit));
+    Variant::all().into_iter().map(named).collect()
+}
+
 fn simulation(variant: Variant, integration: Integration, precision: Precision) -> Simulation {
+    scene(variant, integration).simulate(precision)
+}
+
+fn scene(variant: Variant, integration: Integration) -> SnowScene {
     let h = 0.05;
     let snow = Preset::from_name("stomakhin").expect("a preset");
     let x = lattice([0.01, 0.0, 0.02], [16, 10, 14], [0.5 * h; 3]);
@@ -40,5 +50,5 @@ fn simulation(variant: Variant, integration: Integration, precision: Precision) 
     scene.settings.time_step = TimeStep::default();
     scene.settings.integration = integration;
     scene.colliders = vec![plane([0.0; 3], [0.0, 1.0, 0.0], Contact::Separating, 0.3)];
-    scene.simulate(precision)
+    scene
 }

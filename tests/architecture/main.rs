@@ -17,6 +17,7 @@ mod modules;
 mod places;
 mod purity;
 mod sources;
+mod structs;
 mod tables;
 mod tree_page;
 

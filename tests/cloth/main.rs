@@ -2,6 +2,7 @@
 
 mod springs;
 mod quadratic_bending;
+mod plate;
 mod two_particles;
 mod oscillators;
 mod discrete;
@@ -34,6 +35,8 @@ mod external;
 mod air;
 mod air_steps;
 mod forces;
+mod hands;
+mod pulls;
 mod bodies;
 mod scenes;
 mod shipped;
@@ -43,4 +46,5 @@ mod auto;
 mod vertex_block_descent;
 mod odd_networks;
 mod work;
+mod rest;
 mod surface;

@@ -9,12 +9,14 @@ mod surface_slow;
 mod rippled;
 mod random_unions;
 mod mannequin;
+mod hands;
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};
 use nappe_tests::threads::with_threads;
 
 use crate::bounces::bounces_fall_by_the_square_of_their_restitution;
+use crate::hands::random_pulls_fail_nothing;
 use crate::mannequin::Fall;
 use crate::random_unions::{Counts, distances_are_those_of_unions};
 use crate::rippled::{a_rippled_sheet_converges, a_squeezed_sheet_buckles};
@@ -61,6 +63,13 @@ fn bounces_of_100_seconds_fall_by_the_square_of_their_restitution_and_come_to_re
 #[test]
 fn newtons_method_ends_in_every_step_of_a_rippled_sheet() {
     a_rippled_sheet_converges([150, 130], 8, 25);
+}
+
+#[test]
+fn a_hand_that_pulls_200_times_at_random_fails_nothing() {
+    for name in ["hanging_sheet", "flag", "towel"] {
+        with_threads(0, || random_pulls_fail_nothing(name, 200));
+    }
 }
 
 #[test]

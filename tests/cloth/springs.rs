@@ -87,6 +87,22 @@ fn a_spring_has_the_derivatives_of_the_samples() {
 }
 
 #[test]
+fn the_derivative_that_is_worked_by_hand_has_the_force_in_rows_and_the_place_in_columns() {
+    // u = (0.6, 0.8, 0) and g = 1 - 4 / 5.
+    let d = Vec3::new(3.0, 4.0, 0.0);
+    let found = spring_jacobian_x(&d, 4.0, 10.0, Hessian::Full);
+    let by_hand = matrix(&[[-4.88, -3.84, 0.0], [-3.84, -7.12, 0.0], [0.0, 0.0, -2.0]]);
+    assert!(relative(&found, &by_hand) < 1e-14, "{found}");
+    let force = |d: Vec3<f64>| spring_force(&d, &Vec3::zeros(), 4.0, 10.0, 0.0);
+    for c in 0..3 {
+        let mut step = Vec3::zeros();
+        step[c] = 1e-6;
+        let slope = (force(d + step) - force(d - step)) / 2e-6;
+        assert!((slope - by_hand.column(c)).amax() < 1e-8, "column {c}: {slope}");
+    }
+}
+
+#[test]
 fn the_treatments_of_compression_change_only_the_transverse_stiffness() {
     for (i, sample) in Sample::all().iter().enumerate() {
         let d = sample.d::<f64>();

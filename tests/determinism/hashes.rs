@@ -2,11 +2,12 @@
 
 use std::{collections::BTreeMap, env, fmt::Write, fs};
 
-use nappe_sim::math::Precision;
+use nappe_sim::{BITS, math::Precision};
 use nappe_tests::{
     Method, golden,
     threads::{THREAD_COUNTS, with_threads},
 };
+use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
     scenes::{NAMES, STEPS, methods, run},
@@ -14,6 +15,9 @@ use crate::{
 };
 
 const FILE: &str = "hashes.txt";
+
+/// The file with the number of the bits, seen from the folder of golden data.
+const BITS_FILE: &str = "../../server/sim/src/bits.rs";
 
 const HEADER: &str = "\
 # State hashes: scene, method, precision, steps, hash. The same for any number of threads, in debug
@@ -51,6 +55,11 @@ pub(crate) fn committed() -> BTreeMap<String, u64> {
     lines.map(entry).collect()
 }
 
+/// Whether tests write what they compare.
+fn is_blessing() -> bool {
+    env::var_os("NAPPE_BLESS").is_some_and(|value| value == "1")
+}
+
 #[test]
 fn every_run_has_the_same_hash_for_any_number_of_threads() {
     for (key, name, method, precision) in runs() {
@@ -63,7 +72,7 @@ fn every_run_has_the_same_hash_for_any_number_of_threads() {
 fn every_run_has_its_committed_hash() {
     let mut found: Vec<_> = runs().into_iter().map(|(key, n, m, p)| (key, hash(n, m, p, 2))).collect();
     found.extend(SnowRun::all().into_iter().map(|run| (run.key(), run.hash(2))));
-    if env::var_os("NAPPE_BLESS").is_some_and(|value| value == "1") {
+    if is_blessing() {
         let mut text = HEADER.to_owned();
         for (key, hash) in &found {
             writeln!(text, "{key} {hash:016x}").expect("a string takes text");
@@ -80,6 +89,21 @@ fn every_run_has_its_committed_hash() {
         .collect();
     assert!(different.is_empty(), "not as committed:\n{}", different.join("\n"));
     assert_eq!(committed.len(), found.len(), "hashes of runs that are no more");
+}
+
+#[test]
+fn the_number_of_the_bits_is_the_hash_of_the_committed_hashes() {
+    let hash = xxh3_64(&fs::read(golden::path(FILE)).expect("tests/golden/hashes.txt is there"));
+    if !is_blessing() {
+        assert_eq!(format!("{BITS:016x}"), format!("{hash:016x}"), "`cargo xtask bless hashes` writes it");
+        return;
+    }
+    let path = golden::path(BITS_FILE);
+    let text = fs::read_to_string(&path).expect("server/sim/src/bits.rs is there");
+    let (before, _) = text.split_once("= 0x").expect("a number in hexadecimal");
+    let digits = format!("{hash:016x}");
+    let parts: Vec<&str> = (0..4).map(|part| &digits[4 * part..4 * part + 4]).collect();
+    fs::write(path, format!("{before}= 0x{};\n", parts.join("_"))).expect("it can be written");
 }
 
 #[test]

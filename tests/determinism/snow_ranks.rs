@@ -15,6 +15,7 @@ use nappe_tests::{
     networks::scatter,
     ranks::{on_ranks, on_ranks_with_drawn_parts},
     snow::{SnowScene, Variant, lattice, object, plane},
+    threads::{THREAD_COUNTS, with_threads},
 };
 
 use crate::{ranks::spinning, snow::SnowRun};
@@ -91,6 +92,28 @@ fn every_explicit_run_says_the_same_over_ranks_and_has_the_same_hash() {
     }
     // Eighteen rows, four counts of ranks, and two with parts that are drawn.
     assert_eq!(compared, 108);
+}
+
+#[test]
+fn snow_in_the_wind_says_the_same_over_ranks_and_threads() {
+    let mut scene = certified(vec![block("block", [-0.4, 0.05, -0.2], [12, 6, 8], [1.0, -2.0, 0.0])]);
+    scene.settings.drag = 3.0;
+    let wind_at = vec![(0.0, [20.0, 0.0, 0.0]), (0.02, [0.0, 5.0, -9.0])];
+    let setup = WorldSetup { wind_at, ..scene.setup() };
+    for precision in Precision::ALL {
+        let alone = run(&setup, precision, 4, None);
+        for threads in THREAD_COUNTS {
+            let said = with_threads(threads, || run(&setup, precision, 4, None));
+            assert_eq!(said, alone, "{precision} on {threads} threads");
+        }
+        for size in RANK_COUNTS {
+            let over = on_ranks(size, 1 + size % 2, |ranks| run(&setup, precision, 4, Some(ranks)));
+            assert_eq!(over[0].0.1, alone.1, "{precision} on {size} ranks: another hash");
+            for ((said, _), _) in over {
+                assert_eq!(said, alone.0, "{precision} on {size} ranks");
+            }
+        }
+    }
 }
 
 /// Side of a cell (m).

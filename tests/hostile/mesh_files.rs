@@ -156,8 +156,9 @@ fn large_sheet() -> TriangleMesh {
 
 /// Bytes of the arrays of a mesh.
 fn array_bytes(mesh: &TriangleMesh) -> f64 {
-    let TriangleMesh { points, triangles, masses, uv, velocities } = mesh;
-    (24 * (points.len() + velocities.len()) + 12 * triangles.len() + 8 * masses.len() + 16 * uv.len()) as f64
+    let TriangleMesh { points, triangles, masses, uv, velocities, springs } = mesh;
+    let of_points = 24 * (points.len() + velocities.len()) + 8 * masses.len() + 16 * uv.len();
+    (of_points + 12 * triangles.len() + size_of_val(springs.as_slice())) as f64
 }
 
 #[test]

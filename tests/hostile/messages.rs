@@ -143,6 +143,7 @@ impl Names {
                         .encode_to_vec(),
                 ]
             }
+            "SaveSession" => of(|id| v1::SaveSessionRequest::of(id).encode_to_vec(), &[LARGE, SHEET, SNOW]),
             "GetSession" => of(|id| v1::GetSessionRequest::of(id).encode_to_vec(), &[LARGE, SHEET]),
             "DeleteSession" => of(|id| v1::DeleteSessionRequest::of(id).encode_to_vec(), &[LARGE, FORKED]),
             "PlaySession" => {
@@ -166,7 +167,7 @@ impl Names {
             "ListSessions" => {
                 vec![v1::ListSessionsRequest { page_size: 1000, page_token: String::new() }.encode_to_vec()]
             }
-            "MakeLink" => vec![v1::MakeLinkRequest {}.encode_to_vec()],
+            "MakeLink" => vec![v1::MakeLinkRequest::default().encode_to_vec()],
             "OpenLink" => vec![v1::OpenLinkRequest { code: self.link.clone() }.encode_to_vec()],
             _ => return None,
         })
@@ -266,6 +267,7 @@ impl Names {
             (PUT, by_upload(many)),
             (PUT, state_in_arrays()),
             (LARGE, forces()),
+            (SHEET, many_pulls(many)),
             (SHEET, v1::UpdateParametersRequest { springs, ..v1::UpdateParametersRequest::default() }),
             (SHEET, v1::UpdateParametersRequest { air, ..v1::UpdateParametersRequest::default() }),
             (SHEET, many_pins(many)),
@@ -344,6 +346,20 @@ fn forces() -> v1::UpdateParametersRequest {
 fn many_pins(count: usize) -> v1::UpdateParametersRequest {
     let pin = v1::PinUpdate { particle: 0, target: Some([0.0, 0.1, 0.0].into()), duration_seconds: 1.0 };
     v1::UpdateParametersRequest { pins: vec![pin; count], ..v1::UpdateParametersRequest::default() }
+}
+
+/// So many pulls at as few particles as there may be: one that all of them draw.
+fn many_pulls(count: usize) -> v1::UpdateParametersRequest {
+    let pull = v1::PullUpdate {
+        body: "sheet".into(),
+        particles_u32: 7_u32.to_le_bytes().to_vec().into(),
+        points_f64: vec![0; 24].into(),
+        frequency: 100.0,
+        most: 10.0,
+        seconds: 1.0,
+    };
+    let pulls = vec![pull; count.min(4096)];
+    v1::UpdateParametersRequest { pulls, ..v1::UpdateParametersRequest::default() }
 }
 
 /// A pin's way through so many points.

@@ -84,7 +84,8 @@ fn diagnostics(world: &World, masses: &Masses, run: &Run) -> Option<String> {
 fn momentum(world: &World, masses: &Masses, run: &Run) -> Option<String> {
     let setup = &world.setup;
     let has_medium = setup.bodies.iter().any(|body| body.network.drag != 0.0 || body.network.air.is_some());
-    if has_medium || masses.0.contains(&0.0) {
+    let is_dragged = setup.snow.as_ref().is_some_and(|snow| snow.settings.drag != 0.0);
+    if has_medium || is_dragged || masses.0.contains(&0.0) {
         return None;
     }
     let mass: f64 = masses.0.iter().sum();

@@ -126,6 +126,7 @@ fn in_units(world: &World, units: Units) -> World {
     }
     if let Some(snow) = &mut setup.snow {
         snow.settings.cell *= units.length();
+        snow.settings.drag /= units.time();
         scale_time_step(&mut snow.settings.time_step, units);
         if let Transfer::PicFlip(Blend::TimeConstant(time)) = &mut snow.settings.transfer {
             *time *= units.time();

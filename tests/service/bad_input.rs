@@ -47,6 +47,8 @@ async fn with_bad_ids(c: &mut Client) -> Vec<Refusal> {
         all.push(refused("DropPendingChanges", c.drop_pending_changes(drop).await, reason));
         let fork = v1::ForkSessionRequest::of(session_id());
         all.push(refused("ForkSession", c.fork_session(fork).await, reason));
+        let save = v1::SaveSessionRequest::of(session_id());
+        all.push(refused("SaveSession", c.save_session(save).await, reason));
         let step = v1::StepSessionRequest::of(session_id());
         all.push(refused("StepSession", c.step_session(step).await, reason));
         let stop = v1::StopSessionRequest::of(session_id());

@@ -81,7 +81,7 @@ async fn of_many_who_open_a_link_at_once_one_gets_the_token() {
 async fn a_link_is_made_by_whoever_has_the_token() {
     let app = guarded(config());
     let ask = async |authorization: Option<&str>| {
-        let mut request = Request::new(v1::MakeLinkRequest {});
+        let mut request = Request::new(v1::MakeLinkRequest::default());
         if let Some(value) = authorization {
             request.metadata_mut().insert("authorization", value.parse().expect("a header"));
         }

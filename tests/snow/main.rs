@@ -22,6 +22,8 @@ mod shown_nodes;
 mod kernels;
 mod laws;
 mod measured_limits;
+mod medium;
+mod orientation;
 mod periodic_bar;
 mod placed;
 mod semi_implicit;

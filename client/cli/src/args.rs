@@ -116,9 +116,13 @@ impl OverrideArgs {
 pub(crate) struct ComputeArgs {
     #[command(flatten)]
     pub(crate) overrides: OverrideArgs,
-    /// Keep the frames: a page FILE.html, a Rerun recording FILE.rrd, or a folder of PLY files
-    #[arg(long, value_name = "FILE.html|FILE.rrd|FOLDER")]
+    /// Keep the frames: a page FILE.html, a Rerun recording FILE.rrd, files for ParaView FILE.pvd, a scene of USD FILE.usda, a table
+    /// FILE.csv, or a folder of PLY files
+    #[arg(long, value_name = "FILE.html|FILE.rrd|FILE.pvd|FILE.usda|FILE.csv|FOLDER")]
     pub(crate) save: Option<PathBuf>,
+    /// Keep a table too: a row per frame with what its step reported
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) table: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
     /// Do not tell on standard error how far it is: no bar on a terminal, no line every 10 s in a file or a pipe
@@ -129,7 +133,7 @@ pub(crate) struct ComputeArgs {
     #[arg(long, value_name = "FILE.ply|FOLDER")]
     pub(crate) start: Option<PathBuf>,
     /// Go on in a folder of --save --fields velocity, from its last frame, as the run that was saved there
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["save", "start", "force"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["save", "table", "start", "force"])]
     pub(crate) resume: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) fields: FieldsArgs,

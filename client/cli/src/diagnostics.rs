@@ -68,6 +68,16 @@ pub(crate) fn surfaces(surface: &v1::SurfaceReport) -> String {
     parts.join("; ")
 }
 
+/// How much of the cloth lies still, and how far the liveliest of it went.
+pub(crate) fn rest(rest: &v1::RestReport) -> String {
+    let v1::RestReport { calm_share, pieces, calm_pieces, way_m, change_m } = *rest;
+    let [calm, all] = [calm_pieces, pieces].map(output::count);
+    format!(
+        "{calm} of {all} pieces are calm, {:.1} % of the particles; in a window at most {way_m:.1e} m, changed by {change_m:.1e} m",
+        100.0 * calm_share
+    )
+}
+
 /// How many particles yielded, were inverted and so on: each count that is not 0.
 pub(crate) fn counts(snow: &v1::SnowDiagnostics) -> String {
     let counts = [
@@ -154,6 +164,13 @@ mod tests {
         assert_eq!(
             surfaces(&surface),
             "7 of 1 200 pairs push, 2 rounds; least gap 1.50e-3 m; 1 sub-steps not accepted; 0 crossings"
+        );
+
+        let still =
+            v1::RestReport { calm_share: 0.25, pieces: 1200, calm_pieces: 2, way_m: 1e-3, change_m: 2e-6 };
+        assert_eq!(
+            rest(&still),
+            "2 of 1 200 pieces are calm, 25.0 % of the particles; in a window at most 1.0e-3 m, changed by 2.0e-6 m"
         );
 
         let notices = v1::Notices { passed_particles: 1, pinched_particles: 2000, ..v1::Notices::default() };

@@ -7,7 +7,7 @@
 use std::{ffi::OsString, path::Path};
 
 use clap::{Args, ValueEnum};
-use nappe_client::{Field, GridOptions, WatchOptions, packed::Step};
+use nappe_client::{Encoding, Field, GridOptions, WatchOptions, packed::Step, v1};
 use nappe_server::numbers::{Least, METRES, real, whole};
 
 use crate::{
@@ -142,15 +142,22 @@ impl FieldsArgs {
             return Err(CliError::usage(format!(
                 "{option} says what to keep: --save says where, and is missing"
             ))
-            .hint("--save FILE.html keeps a page, FILE.rrd a Rerun recording, FOLDER PLY files"));
+            .hint("--save FILE.html keeps a page, FILE.rrd a Rerun recording, FILE.pvd files for ParaView, FILE.usda a scene of USD, FOLDER PLY files"));
         };
+        let all = "a Rerun recording, to a .pvd of files for ParaView, or to a folder of PLY files";
+        let [array, grid] = [fields.or(grid), grid].map(|option| option.map(|option| (option, all)));
+        let color = color.map(|option| (option, "an HTML file, or to a Rerun recording"));
+        let error = error.map(|option| (option, "an HTML file"));
         let wrong = if paths::is_html(path) {
-            fields.or(grid).map(|option| (option, "a Rerun recording, or to a folder of PLY files"))
+            array
         } else if paths::is_recording(path) {
-            error.map(|option| (option, "an HTML file"))
+            error
+        } else if paths::is_table(path) {
+            array.or(color).or(error)
+        } else if paths::is_usd(path) {
+            grid.or(color).or(error)
         } else {
-            let color = color.map(|option| (option, "an HTML file, or to a Rerun recording"));
-            color.or(error.map(|option| (option, "an HTML file")))
+            color.or(error)
         };
         match wrong {
             Some((option, place)) => {
@@ -198,6 +205,15 @@ impl FieldsArgs {
         options
     }
 
+    /// These watch options with what is kept, in the precision of a session.
+    pub(crate) fn watch_exactly(&self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
+        let encoding = match session.precision() {
+            v1::Precision::F64 => Encoding::F64,
+            v1::Precision::F32 | v1::Precision::Unspecified => Encoding::F32,
+        };
+        WatchOptions { encoding, ..self.watch(options) }
+    }
+
     /// What is kept, as options of a viewer.
     pub(crate) fn viewer_options(&self) -> Vec<OsString> {
         let names: Vec<&str> = self.fields.iter().map(|&name| Field::from(name).option()).collect();
@@ -242,17 +258,25 @@ mod tests {
         let error = FieldsArgs { max_error: Some(1e-3), ..FieldsArgs::default() };
         let fields = FieldsArgs { fields: vec![FieldName::Velocity], ..FieldsArgs::default() };
         let places = |args: &FieldsArgs| {
-            [None, Some("folder"), Some("a.rrd"), Some("a.html")]
-                .map(|path| args.check(path.map(Path::new)).is_ok())
+            [
+                None,
+                Some("folder"),
+                Some("a.rrd"),
+                Some("a.html"),
+                Some("a.pvd"),
+                Some("a.csv"),
+                Some("a.usda"),
+            ]
+            .map(|path| args.check(path.map(Path::new)).is_ok())
         };
-        assert_eq!(places(&smoke), [false, true, true, false]);
-        assert_eq!(places(&fields), [false, true, true, false]);
-        assert_eq!(places(&color), [false, false, true, true]);
-        assert_eq!(places(&error), [false, false, false, true]);
-        assert_eq!(places(&FieldsArgs::default()), [true; 4]);
+        assert_eq!(places(&smoke), [false, true, true, false, true, false, false]);
+        assert_eq!(places(&fields), [false, true, true, false, true, false, true]);
+        assert_eq!(places(&color), [false, false, true, true, false, false, false]);
+        assert_eq!(places(&error), [false, false, false, true, false, false, false]);
+        assert_eq!(places(&FieldsArgs::default()), [true; 7]);
         for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let wrong = FieldsArgs { max_error: Some(wrong), ..FieldsArgs::default() };
-            assert_eq!(places(&wrong), [false; 4]);
+            assert_eq!(places(&wrong), [false; 7]);
         }
     }
 }

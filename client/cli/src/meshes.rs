@@ -1,16 +1,18 @@
-//! Mesh files of the command line: reading with the choice about missing masses, warnings, hints.
+//! Mesh files of the command line: reading with the choice about missing masses, warnings, hints; sending to a server.
 //!
-//! Enters: a path. Leaves: a mesh; warnings on standard error.
+//! Enters: a path. Leaves: a mesh, and the id that a server gives to it; warnings on standard error.
 
 use std::path::Path;
 
 use clap::Args;
+use nappe_client::{Client, MeshFile, MeshUpload, v1};
 use nappe_scene::{
     ErrorKind, SceneError, SceneErrors,
     files::{self, ReadOptions},
-    mesh::{EtiOptions, Loaded},
+    mesh::{EtiOptions, Loaded, write_ply},
 };
 use nappe_server::numbers::{KILOGRAMS, Least, real};
+use nappe_sim::mesh::TriangleMesh;
 
 use crate::{
     error::{CliError, Result},
@@ -40,6 +42,38 @@ pub(crate) fn load(path: &Path, missing: MissingMass) -> Result<Loaded> {
     let loaded = files::load_mesh(path, &missing.options()).map_err(in_words)?;
     note(&loaded.warnings);
     Ok(loaded)
+}
+
+/// Sends a mesh to a server, and returns the id by which scenes name it: as arrays, or as a PLY where it has springs, which
+/// arrays do not hold.
+///
+/// # Errors
+/// When the server refuses it.
+pub(crate) async fn send(client: &Client, name: &str, mesh: &TriangleMesh) -> Result<String> {
+    if mesh.springs.is_empty() {
+        return Ok(client.upload_mesh(&arrays(name, mesh)).await?.mesh_id);
+    }
+    let mut bytes = Vec::new();
+    write_ply(mesh, &mut bytes).map_err(|error| CliError::failure(format!("{name}: {error}")))?;
+    let file = MeshFile {
+        name: name.to_owned(),
+        format: v1::FileFormat::Ply,
+        file: bytes.into(),
+        others: Default::default(),
+        missing_mass: None,
+    };
+    Ok(client.upload_file(&file).await?.mesh_id)
+}
+
+fn arrays(name: &str, mesh: &TriangleMesh) -> MeshUpload {
+    MeshUpload {
+        name: name.to_owned(),
+        points: mesh.points.clone(),
+        triangles: mesh.triangles.clone(),
+        masses: mesh.masses.clone(),
+        uv: mesh.uv.iter().map(|&[u, v]| [u as f32, v as f32]).collect(),
+        velocities: mesh.velocities.clone(),
+    }
 }
 
 /// Prints warnings on standard error, one that repeats once.

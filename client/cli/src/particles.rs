@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeSet, fmt};
 
-use nappe_client::{Body, Client, Event, Frame, Topology, WatchOptions};
+use nappe_client::{Body, Client, Event, Frame, Topology, WatchOptions, v1};
 use nappe_scene::{Layout, suggestion};
 use nappe_sim::mesh::grid_triangles;
 
@@ -76,7 +76,7 @@ impl fmt::Display for Particle {
 ///
 /// # Errors
 /// When there is no such session, or the connection breaks.
-pub(crate) async fn seen(client: &Client, session_id: &str) -> Result<(Topology, Frame)> {
+async fn seen(client: &Client, session_id: &str) -> Result<(Topology, Frame)> {
     let mut stream = client.watch(session_id, WatchOptions::default()).await?;
     let mut found = None;
     while let Some(event) = stream.next().await {
@@ -87,6 +87,46 @@ pub(crate) async fn seen(client: &Client, session_id: &str) -> Result<(Topology,
         }
     }
     Err(CliError::failure(format!("session {session_id} ended before it said what it is made of")))
+}
+
+/// What a session is made of, asked for once a name needs it.
+pub(crate) struct Named<'a> {
+    client: &'a Client,
+    id: &'a str,
+    found: Option<(Topology, Frame)>,
+}
+
+impl<'a> Named<'a> {
+    /// A session that was asked for nothing yet.
+    pub(crate) fn new(client: &'a Client, id: &'a str) -> Self {
+        Self { client, id, found: None }
+    }
+
+    async fn seen(&mut self) -> Result<&(Topology, Frame)> {
+        if self.found.is_none() {
+            self.found = Some(Box::pin(seen(self.client, self.id)).await?);
+        }
+        Ok(self.found.as_ref().expect("it was found"))
+    }
+
+    /// What it is made of.
+    ///
+    /// # Errors
+    /// When there is no such session, or the connection breaks.
+    pub(crate) async fn topology(&mut self) -> Result<&Topology> {
+        Ok(&self.seen().await?.0)
+    }
+
+    /// How far a particle is from a point (m), as the newest frame has it; 0 for one that there is not, which the server refuses.
+    ///
+    /// # Errors
+    /// As [`Self::topology`].
+    pub(crate) async fn distance(&mut self, particle: u32, point: v1::Vector3) -> Result<f64> {
+        let (_, frame) = self.seen().await?;
+        let there = [point.x, point.y, point.z];
+        let far = |here: [f64; 3]| here.iter().zip(there).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
+        Ok(frame.positions.get(particle as usize).map_or(0.0, far))
+    }
 }
 
 /// The body of a name; without one, the only body that has the name of a particle.

@@ -8,13 +8,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use nappe_client::{Client, ClientError, CreateSession, MeshUpload, Scene as Sent, v1};
+use nappe_client::{Client, ClientError, CreateSession, Scene as Sent, v1};
 use nappe_scene::{
     Body, ColliderText, Mesh, Scene,
     files::{self, ReadOptions},
     suggestion,
 };
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::mesh::{MeshSpring, TriangleMesh};
 use serde::Serialize;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -296,7 +296,7 @@ impl Begun {
 
 /// Adds a mesh to a hash.
 fn hash_mesh(mesh: &TriangleMesh, hasher: &mut Xxh3) {
-    let TriangleMesh { points, triangles, masses, uv, velocities } = mesh;
+    let TriangleMesh { points, triangles, masses, uv, velocities, springs } = mesh;
     let lists = [points.as_flattened(), masses.as_slice(), uv.as_flattened(), velocities.as_flattened()];
     for list in lists {
         hasher.update(&(list.len() as u64).to_le_bytes());
@@ -306,6 +306,13 @@ fn hash_mesh(mesh: &TriangleMesh, hasher: &mut Xxh3) {
     }
     for corner in triangles.as_flattened() {
         hasher.update(&corner.to_le_bytes());
+    }
+    for MeshSpring { points: [a, b], kind, stiffness, damping, rest_length } in springs {
+        hasher.update(&[a.to_le_bytes(), b.to_le_bytes()].concat());
+        hasher.update(kind.name().as_bytes());
+        for number in [*stiffness, *damping, rest_length.unwrap_or(f64::NAN)] {
+            hasher.update(&number.to_le_bytes());
+        }
     }
 }
 
@@ -343,24 +350,12 @@ impl Written {
         let mut ids = BTreeMap::new();
         for (file, mesh) in &self.meshes {
             // What is odd about it is told of the body that is made of it, once it is in order.
-            let uploaded = client.upload_mesh(&upload(file, mesh)).await?;
-            ids.insert(file.as_str(), uploaded.mesh_id);
+            ids.insert(file.as_str(), meshes::send(client, file, mesh).await?);
         }
         if ids.is_empty() {
             return Ok(self.text.clone());
         }
         Ok(self.scene.text_with_uploads(|file| ids.get(file).cloned()))
-    }
-}
-
-fn upload(name: &str, mesh: &TriangleMesh) -> MeshUpload {
-    MeshUpload {
-        name: name.to_owned(),
-        points: mesh.points.clone(),
-        triangles: mesh.triangles.clone(),
-        masses: mesh.masses.clone(),
-        uv: mesh.uv.iter().map(|&[u, v]| [u as f32, v as f32]).collect(),
-        velocities: mesh.velocities.clone(),
     }
 }
 

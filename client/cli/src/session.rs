@@ -168,6 +168,18 @@ mod tests {
     }
 
     #[test]
+    fn what_lies_still_has_its_names_in_json() {
+        let rest =
+            v1::RestReport { calm_share: 0.5, pieces: 4, calm_pieces: 2, way_m: 0.25, change_m: 0.125 };
+        let json = json_of(&v1::Diagnostics { rest: Some(rest), ..v1::Diagnostics::default() });
+        let expected = json!({
+            "calm_share": 0.5, "pieces": 4, "calm_pieces": 2, "way_m": 0.25, "change_m": 0.125,
+        });
+        assert_eq!(json["rest"], expected);
+        assert_eq!(json_of(&v1::Diagnostics::default())["rest"], Value::Null);
+    }
+
+    #[test]
     fn every_object_of_diagnostics_has_the_same_keys() {
         let keys = |diagnostics: &v1::Diagnostics| {
             let json = json_of(diagnostics);
@@ -190,6 +202,7 @@ mod tests {
             "relative_residual",
             "snow",
             "surface",
+            "rest",
         ] {
             assert!(keys(&explicit).iter().any(|known| known == key), "{key}");
         }

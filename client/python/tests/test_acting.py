@@ -113,6 +113,31 @@ def test_a_force_moves_a_free_particle_by_force_times_time_per_mass(
         np.testing.assert_allclose(again.velocities, frame.velocities, rtol=1e-12, atol=1e-15)
 
 
+def test_a_pull_draws_a_particle_as_the_formula_says(server: nappe.Server) -> None:
+    w, most, dt, seconds = 80.0, 50.0, 0.005, 0.05
+    with server.create(DUST) as session:
+        start = start_of(session)
+        point = start[4] + [0.1, 0.0, -0.02]
+        frame = stepped(session, pulls={"dust": {4: point}}, frequency=w, most=most, seconds=seconds)
+        assert session.parameters is not None and session.parameters.cloths[0].pull_count == 1
+        x, v = start[4], np.zeros(3)
+        for step in range(1, 13):
+            a = w * w * (point - x) - 2 * w * v
+            a *= min(1.0, most / np.linalg.norm(a)) if step <= 10 else 0.0
+            v = v + dt * a
+            x = x + dt * v
+            assert frame.step == step
+            np.testing.assert_allclose(frame.positions[4], x, rtol=0, atol=1e-12)
+            frame = stepped(session)
+        np.testing.assert_array_equal(np.delete(frame.positions, 4, 0), np.delete(start, 4, 0))
+        assert session.parameters is not None and session.parameters.cloths[0].pull_count == 0
+        for wrong in ({"frequency": 101.0}, {"seconds": 11.0}, {"most": 0.0}):
+            given: dict[str, Any] = {"frequency": w, "most": most, "seconds": seconds} | wrong
+            with pytest.raises(nappe.Refused) as told:
+                session.update(pulls={"dust": {4: point}}, **given)
+            assert told.value.reason == "INVALID_CHANGE" and next(iter(wrong)) in told.value.message
+
+
 def test_a_body_that_was_put_somewhere_is_there(server: nappe.Server) -> None:
     where = np.random.default_rng(5).uniform(-1, 1, (9, 3))
     fast = np.random.default_rng(6).uniform(-1, 1, (9, 3))

@@ -70,6 +70,24 @@ def test_forces_on_several_bodies_come_in_the_order_in_which_they_are_given() ->
     assert update(forces={}, states={}).message == expected()
 
 
+HOW: dict[str, Any] = {"frequency": 20, "most": 30.5, "seconds": 0.5}
+
+
+def test_pulls_name_particles_and_points_and_how_they_draw() -> None:
+    drawn = v1.PullUpdate(body="cloth", points_f64=ROWS.astype("<f8").tobytes(), **HOW)
+    assert update(pulls={"cloth": ROWS.tolist()}, **HOW).message == expected(pulls=[drawn])
+    assert step(changes={"pulls": {"cloth": ROWS}, **HOW}).message.changes.pulls[0] == drawn
+    ended = v1.PullUpdate(body="cloth", particles_u32=b"\4\0\0\0")
+    some = v1.PullUpdate(particles_u32=b"\x09\0\0\0\0\0\0\0")
+    some.MergeFrom(drawn)
+    given = {np.int64(9): ROWS[0], 4: None, 0: [3, 4, 5]}
+    made = update(pulls={"cloth": given, "sail": None}, **HOW).message
+    assert made == expected(pulls=[ended, some, v1.PullUpdate(body="sail")])
+    # What ends needs no numbers, and numbers alone change nothing.
+    assert update(pulls={"cloth": {4: None}}).message == expected(pulls=[ended])
+    assert update(pulls={}, **HOW).message == expected()
+
+
 def test_a_state_is_positions_and_perhaps_velocities() -> None:
     where, fast = ROWS.astype("<f8").tobytes(), (-ROWS).astype("<f8").tobytes()
     at_rest = v1.StateUpdate(body="cloth", positions_f64=where)
@@ -122,6 +140,15 @@ AIR = "there are: density, normal, lift, tangential"
         ({"forces": {"cloth": {2**32: (0, 1, 0)}}}, "forces['cloth']", "names particle 4294967296; allowed: 0 to 9"),
         ({"forces": {"cloth": {3: (0, 1)}}}, "forces['cloth'][3]", "forces['cloth'][3] is of shape (2,); allowed: (3)"),
         ({"forces": {"cloth": {3: (0, math.nan, 0)}}}, "forces['cloth'][3]", "forces['cloth'][3][1] is nan"),
+        ({"pulls": ROWS, **HOW}, "pulls", "allowed: a dict of points by the name of the body"),
+        ({"pulls": {"": ROWS}, **HOW}, "pulls", "pulls is ''; allowed: the name of a body"),
+        ({"pulls": {"cloth": ROWS[0]}, **HOW}, "pulls['cloth']", "pulls['cloth'] is of shape (3,); allowed: (n, 3)"),
+        ({"pulls": {"cloth": np.zeros((11, 3))}, **HOW}, "pulls['cloth']", "pulls['cloth'] has 11 points; allowed: "),
+        ({"pulls": {"cloth": {}}, **HOW}, "pulls['cloth']", "pulls['cloth'] names no particle; allowed: a dict of"),
+        ({"pulls": {"cloth": {10: None}}}, "pulls['cloth']", "pulls['cloth'] names particle 10; allowed: 0 to 9"),
+        ({"pulls": {"cloth": {3: (0, math.nan, 0)}}, **HOW}, "pulls['cloth'][3]", "pulls['cloth'][3][1] is nan"),
+        ({"pulls": {"cloth": ROWS}, "most": 1, "seconds": 1}, "frequency", "frequency is missing"),
+        ({"pulls": {"cloth": ROWS}, **HOW, "most": math.nan}, "most", "most is nan; allowed: a finite number"),
         ({"states": ROWS}, "states", "allowed: a dict of positions by the name of the body"),
         ({"states": {None: ROWS}}, "states", "states is None; allowed: the name of a body"),
         ({"states": {"cloth": ROWS[0]}}, "states['cloth']", "states['cloth'] is of shape (3,); allowed: (n, 3)"),
@@ -175,6 +202,11 @@ def test_what_waits_is_told_as_it_was_given() -> None:
     ((indices, forces),), ((all_of_them, force),) = some["flag"], some["sail"]
     assert indices.tolist() == [4, 7] and forces.tolist() == ROWS.tolist()
     assert all_of_them is None and force.tolist() == [0, 1, 2]
+
+    pulls = pending(update(pulls={"flag": {4: (0, 1, 2)}, "sail": None}, **HOW).message).changes["pulls"]
+    ((particles, points, *how),), (end,) = pulls["flag"], pulls["sail"]
+    assert (particles.tolist(), points.tolist(), how) == ([4], [[0, 1, 2]], [20, 30.5, 0.5])
+    assert end == (None, None, 0.0, 0.0, 0.0)
 
     twice = expected(forces=[v1.ForceUpdate(body="flag"), v1.ForceUpdate(body="flag", forces_f64=ROWS.tobytes())])
     first, second = pending(twice).changes["forces"]["flag"]

@@ -18,7 +18,15 @@ from nappe._colliders import Collider
 from nappe._diagnostics import diagnostics_array
 from nappe._errors import Error, Refused
 from nappe._packed import restore, unpack
-from nappe._reports import ClothSteps, Diagnostics, Notices, SnowDiagnostics, SolveReport, SurfaceReport
+from nappe._reports import (
+    ClothSteps,
+    Diagnostics,
+    Notices,
+    RestReport,
+    SnowDiagnostics,
+    SolveReport,
+    SurfaceReport,
+)
 from nappe._topology import Body, Topology
 from nappe._trajectory import Trajectory
 from nappe._values import Failure, SessionEnd, SessionInfo
@@ -52,6 +60,7 @@ def diagnostics_of(step: int) -> Diagnostics:
         notices=Notices(1, 2, 3, 4, 5),
         cloth=None if step % 3 == 0 else cloth,
         surface=None if step % 3 == 0 else SurfaceReport(12, 3, 2, 0.0015, 1, None),
+        rest=None if step % 3 == 0 else RestReport(0.25, 4, 1, 0.001, 0.0001),
     )
 
 
@@ -419,6 +428,7 @@ def test_diagnostics_are_columns_with_nothing_where_nothing_is() -> None:
     assert (rows["snow_bound"][3], rows["cloth_bound"][1], rows["cloth_preconditioner"][1]) == ("", "accuracy", "")
     assert np.isnan([rows["snow_mass"][3], rows["cloth_substeps"][3], rows["cloth_bound_particle"][1]]).all()
     assert (rows["surface_pairs"][1], rows["surface_least_gap_m"][1]) == (12, 0.0015)
+    assert (rows["rest_calm_share"][1], rows["rest_pieces"][1], rows["rest_change_m"][1]) == (0.25, 4, 0.0001)
     assert np.isnan([rows["surface_pairs"][3], rows["surface_crossings"][1]]).all()
     assert diagnostics_array([]).shape == (0,)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,16 @@ def test_hashes_are_hexadecimal_everywhere(server: nappe.Server, tmp_path: Path)
     for value in (begin, told[0]):
         assert isinstance(value, str) and len(value) == 16 and f"{int(value, 16):016x}" == value
     assert (saved[0], saved[-1]) == (begin, told[0])
+
+
+def test_the_columns_are_those_that_the_documents_list_for_the_command() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "command.md").read_text("utf-8")
+    section = page.split("\n### The table\n", 1)[1].split("\n### ", 1)[0]
+    rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
+    documented = [name for row in rows for name in re.findall("`(.*?)`", row)]
+    of_frame = ["step", "time_seconds", "frame", "state_hash"]
+    of_step = [name for name in diagnostics_table([]) if name not in of_frame]
+    assert documented == of_frame + of_step
 
 
 def test_nothing_makes_an_empty_table() -> None:

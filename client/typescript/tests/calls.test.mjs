@@ -135,6 +135,24 @@ test('what the server tells is written as JSON, whole numbers as texts and array
   await client.delete(made);
 });
 
+test('a pull draws a particle, is told, and ends by itself', async () => {
+  const made = await client.create({ scene: 'hanging_sheet', stepLimit: 0n });
+  const [{ name }] = (await client.topology(made)).bodies;
+  const count = ({ parameters }) => parameters.cloths[0].pullCount;
+  const pull = { body: name, particlesU32: Uint32Array.of(820, 821), pointsF64: Float64Array.of(0, 1, 0, 0, 1, 0), frequency: 50, most: 20, seconds: 0.01 };
+  assert.deepEqual([count(await client.step(made, 1, { changes: { pulls: [pull] } })), count(await client.step(made, 1)), count(made)], [2, 0, 0]);
+  await client.update(made, { pulls: [{ ...pull, seconds: 10n }] });
+  assert.equal(count(await client.step(made, 1)), 2);
+  await client.update(made, { pulls: [{ body: name }] });
+  assert.equal(count(await client.step(made, 1)), 0);
+  const before = await client.get(made);
+  for (const wrong of [{ frequency: 101 }, { frequency: 0 }, { most: 1e300 }, { seconds: 0 }, { pointsF64: Float64Array.of(0, 1, 0) }, { particlesU32: Uint32Array.of(0, 1600) }]) {
+    await assert.rejects(client.update(made, { pulls: [{ ...pull, ...wrong }] }), { code: Code.INVALID_ARGUMENT, reason: 'INVALID_CHANGE' });
+  }
+  assert.equal((await client.get(made)).stateHash, before.stateHash);
+  await client.delete(made);
+});
+
 test('forces that calls have set are read back', async () => {
   const made = await client.create({ scene: 'flag', stepLimit: 0n });
   const [{ name, particleCount, pins }] = (await client.topology(made)).bodies;

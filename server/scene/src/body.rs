@@ -33,7 +33,7 @@ pub struct Body {
     /// Springs; none: the particles are free of each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Springs>,
-    /// Laws of elements of three or four particles, beside the springs.
+    /// Laws of elements of three to six particles, beside the springs.
     #[serde(default, rename = "law", skip_serializing_if = "names::is_default")]
     pub laws: Vec<ElementLaw>,
     /// Particles that do not move.
@@ -271,8 +271,9 @@ pub struct Springs {
     /// Between which particles; none: lattice for a grid, edges for other meshes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pattern: Option<Pattern>,
-    /// Springs that resist change of length.
-    pub stretch: SpringLaw,
+    /// Springs that resist change of length; none: the springs are those of the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<SpringLaw>,
     /// Springs that resist change of angle; none: there are no such springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear: Option<SpringLaw>,
@@ -289,11 +290,13 @@ pub enum Pattern {
     Edges,
     /// Along rows, columns and diagonals of a grid.
     Lattice,
+    /// Where the mesh has springs of its own, which say what they are.
+    File,
 }
 
 impl Pattern {
     /// Names in scene files.
-    pub const NAMES: [&str; 2] = ["edges", "lattice"];
+    pub const NAMES: [&str; 3] = ["edges", "lattice", "file"];
 }
 
 /// Stiffness and damping of springs.

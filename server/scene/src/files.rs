@@ -10,15 +10,15 @@ use std::{
     sync::Arc,
 };
 
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::mesh::{MeshSpring, TriangleMesh};
 
 use crate::{
     assemble::MeshSource,
     course::{ObjectParameters, SimuParameters},
     error::{ErrorKind, SceneError, SceneErrors},
     mesh::{
-        EtiOptions, EtiTexts, Loaded, MeshFile, NamedText, endings, gzip, read_eti, text, write_eti,
-        write_obj, write_off, write_ply,
+        EtiOptions, EtiTexts, Loaded, MeshFile, NamedText, endings, gzip, read_eti, read_springs_csv, text,
+        write_eti, write_obj, write_off, write_ply,
     },
     scene::Scene,
     utf8::utf8,
@@ -98,6 +98,18 @@ pub fn load_mesh_and_tell(
             Err(SceneError::new(ErrorKind::Unsupported, &file, endings::not_read(&ending)))
         }
     }
+}
+
+/// Reads the springs of a mesh of so many points from a table ([`read_springs_csv`]).
+///
+/// # Errors
+/// A file that cannot be read, or an error in it.
+pub fn load_springs(
+    path: &Path,
+    points: usize,
+    options: &ReadOptions,
+) -> Result<Vec<MeshSpring>, SceneError> {
+    read_springs_csv(&text(path, options)?, &path.display().to_string(), points)
 }
 
 /// What becomes of a file that is there where one is to be written.

@@ -16,6 +16,7 @@ pub mod mesh;
 mod transform;
 mod air;
 mod contact;
+mod rest;
 mod solver;
 mod body;
 mod snow;
@@ -47,6 +48,7 @@ pub use keys::{page as reference_page, unit};
 pub use mesh::enclosed_volume;
 pub use parts::{MeshParts, PartOverlaps};
 pub use printable::{is_printable, printable, printable_json};
+pub use rest::Rest;
 pub use scene::{Scene, VERSION, WindKey};
 pub use shipped::shipped_scenes;
 pub use snow::{

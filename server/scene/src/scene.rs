@@ -16,7 +16,9 @@ use crate::{
     error::{ErrorKind, Found, SceneError, SceneErrors},
     keys::ROOT,
     location::Location,
-    names, schema,
+    names,
+    rest::Rest,
+    schema,
     snow::{Snow, SnowBody},
     source::{OldKey, Path, Source},
 };
@@ -44,7 +46,7 @@ pub struct Scene {
     pub precision: Precision,
     /// Acceleration of gravity (m/s²).
     pub gravity: [f64; 3],
-    /// Velocity of the medium (m/s), which bodies feel through their drag and their air.
+    /// Velocity of the medium (m/s), which bodies feel through their drag and their air, snow through its drag.
     pub wind: [f64; 3],
     /// In its place the velocity of the medium over time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -54,6 +56,9 @@ pub struct Scene {
     /// How surfaces of cloth meet each other; none: by the defaults.
     #[serde(with = "contact", skip_serializing_if = "Option::is_none")]
     pub contact: Option<SurfaceSettings>,
+    /// When cloth counts as calm; none: nothing is watched.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest: Option<Rest>,
     /// Bodies, in the order of their particles.
     #[serde(rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
@@ -91,6 +96,7 @@ impl Default for Scene {
             wind_at: Vec::new(),
             hash_interval: 10,
             contact: None,
+            rest: None,
             bodies: Vec::new(),
             snow: None,
             colliders: Vec::new(),

@@ -51,6 +51,9 @@ pub struct Snow {
     /// Largest kinetic plus elastic energy of all snow (J); none: no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_energy: Option<f64>,
+    /// Linear drag of the medium, for each kilogram (1/s); 0: none.
+    #[serde(default, skip_serializing_if = "names::is_default")]
+    pub drag: f64,
     /// What the snow is made of, at least one object.
     #[serde(rename = "object")]
     pub objects: Vec<SnowBody>,
@@ -74,6 +77,7 @@ impl Snow {
             max_substeps: max_substeps(),
             ballistic_below: 0.0,
             max_energy: None,
+            drag: 0.0,
             objects,
         }
     }

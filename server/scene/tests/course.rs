@@ -44,7 +44,8 @@ fn the_files_become_a_scene() {
     let body = &scene.bodies[0];
     let springs = body.springs.unwrap();
     assert_eq!((scene.dt, scene.steps, scene.gravity), (0.0025, 100, [0.0, -9.8, 0.0]));
-    assert_eq!((springs.stretch.stiffness, springs.stretch.damping, body.drag), (15000.0, 0.01, 0.0));
+    let stretch = springs.stretch.expect("springs of stretch");
+    assert_eq!((stretch.stiffness, stretch.damping, body.drag), (15000.0, 0.01, 0.0));
     assert_eq!(
         (body.name.as_str(), body.integrator, body.substeps),
         ("drap4", Integrator::SymplecticEuler, None)

@@ -29,7 +29,7 @@ fn the_examples_in_the_docs_build() {
     let text = fs::read_to_string(page_file()).unwrap();
     let examples: Vec<&str> =
         text.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(examples.len(), 3);
+    assert_eq!(examples.len(), 4);
     for example in examples {
         let scene = Scene::parse(example, "docs/scenes.md").unwrap_or_else(|error| panic!("{error}"));
         scene.build(&Figure, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));

@@ -71,6 +71,12 @@ fn settings_come_out_as_written() {
     assert_eq!(implicit.integration, Integration::SemiImplicit { beta: 0.5, stop });
     let rest = of("max_substeps = 7\nballistic_below = 0.1\nmax_energy = 5");
     assert_eq!((rest.max_substeps, rest.ballistic_below, rest.max_energy), (7, 0.1, Some(5.0)));
+    assert_eq!((of("drag = 2.5").drag, of("drag = 1e9").drag), (2.5, 1e9));
+    for drag in ["-1", "1.1e9"] {
+        let text = SMALL.replace("cell = 0.1", &format!("cell = 0.1\ndrag = {drag}"));
+        let error = parse(&text).expect_err("out of range").to_string();
+        assert!(error.contains("snow.drag") && error.contains("0 to 1000000000"), "{error}");
+    }
 }
 
 #[test]

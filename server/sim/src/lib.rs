@@ -4,6 +4,7 @@
 //! divided over the rayon pool that the caller installs, and results have the same bits for any
 //! number of threads. Modules in reading order:
 
+mod bits;
 pub mod math;
 pub mod interrupt;
 pub mod parallel;
@@ -12,6 +13,7 @@ pub mod report;
 pub mod field;
 pub mod mesh;
 pub mod surface;
+mod sub_step;
 pub mod collide;
 pub mod surroundings;
 pub mod time_step;
@@ -19,3 +21,5 @@ mod held_length;
 pub mod cloth;
 pub mod snow;
 pub mod world;
+
+pub use bits::BITS;

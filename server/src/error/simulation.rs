@@ -1,16 +1,17 @@
 //! Errors of the simulation as errors of the service.
 //!
-//! Enters: why a step failed, or why a change was refused. Leaves: a reason, or the whole error.
+//! Enters: why a step failed, why a change was refused, or the file of a session. Leaves: a reason, or the whole error.
 
 use nappe_proto::Reason;
 use nappe_sim::{
     interrupt::Interrupted,
     math::number,
     report::StepFailure,
-    world::{ChangeError, MoveError, allowed},
+    world::{ChangeError, MoveError, PullError, allowed},
 };
 
 use super::service_error::ServiceError;
+use crate::state::FileError;
 
 /// The reason that stands for the failure of a step.
 pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
@@ -42,6 +43,17 @@ pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
 impl From<Interrupted> for ServiceError {
     fn from(_: Interrupted) -> Self {
         Self::new(Reason::RequestCancelled, "the caller is gone: the session is not made")
+    }
+}
+
+impl From<&FileError> for ServiceError {
+    fn from(error: &FileError) -> Self {
+        let refused =
+            Self::new(Reason::InvalidCheckpoint, format!("the file of a session is refused: {error}"));
+        match error {
+            FileError::Section { section, .. } => refused.with("section", section),
+            _ => refused,
+        }
     }
 }
 
@@ -119,6 +131,7 @@ impl From<&ChangeError> for ServiceError {
                 .with("particle", particle)
                 .with("particle_count", count)
                 .at_field("pins.particle", message),
+            ChangeError::Pull(error) => of_pull(refused, error, message),
             ChangeError::Collider(error) => of_move(refused, error, message),
         }
     }
@@ -152,6 +165,27 @@ fn of_meeting(
         .with("other", other)
         .with("other_particle", other_particle)
         .at_field("states.positions_f64", message)
+}
+
+/// What is wrong with a pull.
+fn of_pull(refused: ServiceError, error: &PullError, message: String) -> ServiceError {
+    match error {
+        PullError::OnSnow { body } => refused.with("body", body).at_field("pulls.body", message),
+        PullError::Count { body, found, needed } => {
+            counted(refused, body, [*found, *needed]).at_field("pulls.points_f64", message)
+        }
+        PullError::NotInBody { body, particle, count } => refused
+            .with("body", body)
+            .with("particle", particle)
+            .with("particle_count", count)
+            .at_field("pulls.particles_u32", message),
+        PullError::OnPin { body, particle } => {
+            refused.with("body", body).with("particle", particle).at_field("pulls.particles_u32", message)
+        }
+        PullError::TooMany { found, allowed } => {
+            refused.with("found", found).with("allowed", allowed).at_field("pulls.points_f64", message)
+        }
+    }
 }
 
 /// What is wrong with the move of a collider.

@@ -29,9 +29,23 @@ pub(super) fn of_update(request: v1::UpdateParametersRequest) -> v1::Changes {
         states,
         colliders,
         collider_paths,
+        pulls,
         ..
     } = request;
-    v1::Changes { gravity, wind, drag, springs, pins, paths, air, forces, states, colliders, collider_paths }
+    v1::Changes {
+        gravity,
+        wind,
+        drag,
+        springs,
+        pins,
+        paths,
+        air,
+        forces,
+        states,
+        colliders,
+        collider_paths,
+        pulls,
+    }
 }
 
 /// Changes in the order of their fields, which `within` stands before in messages.
@@ -78,6 +92,10 @@ pub(super) fn changes(
         changes.push(lists::force(&format!("{within}forces[{i}]"), update)?);
     }
 
+    for (i, update) in request.pulls.iter().enumerate() {
+        changes.push(lists::pull(&format!("{within}pulls[{i}]"), update)?);
+    }
+
     for (i, update) in request.states.iter().enumerate() {
         changes.push(lists::state(&format!("{within}states[{i}]"), update, mesh)?);
     }
@@ -93,7 +111,7 @@ pub(super) fn changes(
     if changes.is_empty() {
         return Err(ServiceError::field(
             format!(
-                "{within}gravity, wind, drag, air, springs, pins, paths, forces, states, colliders, collider_paths"
+                "{within}gravity, wind, drag, air, springs, pins, paths, forces, pulls, states, colliders, collider_paths"
             ),
             "none is set: an update changes at least one",
         ));
@@ -111,6 +129,7 @@ fn check_count(request: &v1::Changes, allowed: u32) -> Result<(), ServiceError> 
         request.pins.len(),
         request.paths.len().max(of_pins),
         request.forces.len(),
+        request.pulls.len(),
         request.states.len(),
         request.colliders.len(),
         request.collider_paths.len().max(of_colliders),
@@ -120,7 +139,7 @@ fn check_count(request: &v1::Changes, allowed: u32) -> Result<(), ServiceError> 
         return Ok(());
     }
     let message = format!(
-        "the call has {count} changes of springs, air, forces, states, pins, colliders and points of paths; allowed: at most {allowed}"
+        "the call has {count} changes of springs, air, forces, pulls, states, pins, colliders and points of paths; allowed: at most {allowed}"
     );
     Err(ServiceError::new(Reason::TooManyChanges, message).with("changes", count).with("allowed", allowed))
 }

@@ -11,8 +11,11 @@ use crate::{
     caller::Caller,
     config::{Limits, core_count},
     error::{Reason, ServiceError},
-    scenes,
-    session::{self, RankCounts, Resources, SavedFrame, Session, SessionOptions, start},
+    passes::{Visitor, too_narrow},
+    scenes::{self, Checkpoint},
+    session::{
+        self, RankCounts, Resources, RevivedOptions, SavedFrame, Session, SessionOptions, revive, start,
+    },
 };
 
 /// Characters of a session's title that the log shows.
@@ -70,32 +73,65 @@ async fn make(
         validate::session_id(&request.session_id)?;
     }
 
-    let (scene_text, scene_name) = scene(request, limits)?;
+    let source = source(shared, request)?;
     let precision = precision(request.precision)?;
     let ranks = rank_count(request.rank_count, limits)?;
     let thread_count = thread_count(request.thread_count, ranks, limits)?;
-    let begin = request.begin.as_ref().map(|begin| saved_frame(shared, begin)).transpose()?;
 
     let reservation = shared.registry.reserve(&request.session_id)?;
     let place = shared.registry.place()?;
-    let options = SessionOptions {
-        id: reservation.id().to_owned(),
-        scene_text,
-        scene_name,
-        precision,
-        thread_count,
-        step_limit: request.step_limit,
-        frame_interval_steps: request.frame_interval_steps,
-        ranks: (ranks > 0).then_some(RankCounts { ranks, threads: thread_count }),
-        begin,
+    let (id, memory) = (reservation.id().to_owned(), shared.memory.claim());
+    let &v1::CreateSessionRequest { step_limit, frame_interval_steps, .. } = request;
+    let ranks = (ranks > 0).then_some(RankCounts { ranks, threads: thread_count });
+    let (session, warnings) = match source {
+        Source::Scene { scene_text, scene_name, begin } => {
+            let options = SessionOptions {
+                id,
+                request: request.clone(),
+                scene_text,
+                scene_name,
+                precision,
+                thread_count,
+                step_limit,
+                frame_interval_steps,
+                ranks,
+                begin,
+            };
+            start(options, resources(shared), place, memory).await?
+        }
+        Source::File(file) => {
+            let options =
+                RevivedOptions { id, file, precision, thread_count, step_limit, frame_interval_steps, ranks };
+            revive(options, resources(shared), place, memory).await?
+        }
     };
-    let memory = shared.memory.claim();
-    let (session, warnings) = start(options, resources(shared), place, memory).await?;
 
     let session = Arc::new(session);
     tell_made(&session, None, caller);
     reservation.fill(Arc::clone(&session));
     Ok((session, warnings))
+}
+
+/// What a session is made from.
+enum Source {
+    Scene { scene_text: String, scene_name: String, begin: Option<SavedFrame> },
+    File(Checkpoint),
+}
+
+fn source(shared: &Shared, request: &v1::CreateSessionRequest) -> Result<Source, ServiceError> {
+    let begin = request.begin.as_ref();
+    if let Some(Scene::CheckpointId(id)) = &request.scene {
+        let file = shared.checkpoint(id)?;
+        return match begin {
+            Some(_) => {
+                Err(ServiceError::field("begin", "does not go with checkpoint_id, which says the state"))
+            }
+            None => Ok(Source::File(file)),
+        };
+    }
+    let (scene_text, scene_name) = scene(request, &shared.config.limits)?;
+    let begin = begin.map(|begin| saved_frame(shared, begin)).transpose()?;
+    Ok(Source::Scene { scene_text, scene_name, begin })
 }
 
 /// The frame at which a session is to begin.
@@ -110,13 +146,19 @@ fn saved_frame(shared: &Shared, asked: &v1::Begin) -> Result<SavedFrame, Service
 pub(super) async fn fork(
     shared: &Shared,
     request: v1::ForkSessionRequest,
+    visitor: &Visitor,
     caller: Caller,
 ) -> Result<v1::Session, ServiceError> {
-    let original = shared.session(&request.session_id, &request.session_uid)?;
+    let original = shared.session(visitor, &request.session_id, &request.session_uid)?;
     if !request.new_session_id.is_empty() {
+        if visitor.is_bound() {
+            // Whether an id is taken would tell of sessions that do not exist for it.
+            return Err(too_narrow("the server chooses the ids of your copies: leave new_session_id empty"));
+        }
         validate::id_in("new_session_id", &request.new_session_id)?;
     }
 
+    let own = visitor.copy_place(|uid| shared.registry.has(uid))?;
     let reservation = shared.registry.reserve(&request.new_session_id)?;
     let place = shared.registry.place()?;
     let id = reservation.id().to_owned();
@@ -126,6 +168,7 @@ pub(super) async fn fork(
     let session = Arc::new(session);
     tell_made(&session, Some(original.id()), caller);
     reservation.fill(Arc::clone(&session));
+    own.fill(session.uid());
     Ok(session.describe())
 }
 
@@ -160,7 +203,10 @@ fn resources(shared: &Shared) -> Resources {
 /// The scene's text and its name in messages.
 fn scene(request: &v1::CreateSessionRequest, limits: &Limits) -> Result<(String, String), ServiceError> {
     match &request.scene {
-        None => Err(ServiceError::field("scene", "is missing: scene_name or scene_text is needed")),
+        None | Some(Scene::CheckpointId(_)) => {
+            let problem = "is missing: scene_name, scene_text or checkpoint_id is needed";
+            Err(ServiceError::field("scene", problem))
+        }
         Some(Scene::SceneName(name)) => Ok((scenes::shipped_scene(name)?.to_owned(), name.clone())),
         Some(Scene::SceneText(text)) => {
             let (bytes, allowed) = (text.len() as u64, limits.max_scene_bytes);

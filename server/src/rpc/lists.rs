@@ -1,12 +1,12 @@
-//! Forces and states as messages carry them: packed lists of numbers.
+//! Forces, pulls and states as messages carry them: packed lists of numbers.
 
 use std::sync::Arc;
 
 use nappe_proto::v1;
-use nappe_sim::world::{Change, Forces, Vectors};
+use nappe_sim::world::{Change, Forces, Pull, Vectors};
 use prost::bytes::Bytes;
 
-use super::validate::finite_vector;
+use super::validate::{finite, finite_vector};
 use crate::error::ServiceError;
 
 /// Gives points (m) and velocities (m/s) of an uploaded mesh, without a copy.
@@ -40,8 +40,7 @@ impl Room {
 /// Ranges and counts are the simulation's to check.
 pub(super) fn force(field: &str, update: &v1::ForceUpdate) -> Result<Change, ServiceError> {
     let v1::ForceUpdate { body, particles_u32, force, forces_f64 } = update;
-    let of_particles = format!("{field}.particles_u32");
-    let particles = whole::<4>(&of_particles, particles_u32, "a particle")?;
+    let particles = numbers(field, particles_u32)?;
     let forces = match force {
         Some(_) if !forces_f64.is_empty() => {
             return Err(ServiceError::field(field, "has both force and forces_f64: one is needed"));
@@ -52,8 +51,20 @@ pub(super) fn force(field: &str, update: &v1::ForceUpdate) -> Result<Change, Ser
         }
         None => Forces::Each(vectors(&format!("{field}.forces_f64"), forces_f64, "a force")?),
     };
-    let particles = particles.map(|bytes| u32::from_le_bytes(*bytes)).collect();
     Ok(Change::Force { body: named(field, body)?, particles, forces })
+}
+
+/// The same of a pull.
+pub(super) fn pull(field: &str, update: &v1::PullUpdate) -> Result<Change, ServiceError> {
+    let v1::PullUpdate { body, particles_u32, points_f64, frequency, most, seconds } = update;
+    Ok(Change::Pull(Pull {
+        body: named(field, body)?,
+        particles: numbers(field, particles_u32)?,
+        points: vectors(&format!("{field}.points_f64"), points_f64, "a point")?,
+        frequency: finite(&format!("{field}.frequency"), *frequency)?,
+        most: finite(&format!("{field}.most"), *most)?,
+        seconds: finite(&format!("{field}.seconds"), *seconds)?,
+    }))
 }
 
 /// The same of where a body is put.
@@ -85,6 +96,13 @@ fn named(field: &str, body: &str) -> Result<String, ServiceError> {
         return Err(ServiceError::field(format!("{field}.body"), "is empty: the name of a body is needed"));
     }
     Ok(body.to_owned())
+}
+
+/// The particles that a change names.
+fn numbers(field: &str, particles_u32: &[u8]) -> Result<Arc<[u32]>, ServiceError> {
+    let name = format!("{field}.particles_u32");
+    let particles = whole::<4>(&name, particles_u32, "a particle")?;
+    Ok(particles.map(|bytes| u32::from_le_bytes(*bytes)).collect())
 }
 
 /// Numbers of `N` bytes each.
@@ -128,12 +146,21 @@ pub(super) fn force_message(
         Forces::One(force) => (Some((*force).into()), Bytes::new()),
         Forces::Each(forces) => (None, packed(forces, room)),
     };
-    let particles_u32 = if room.take(size_of_val(particles)) {
-        particles.iter().flat_map(|particle| particle.to_le_bytes()).collect()
-    } else {
-        Bytes::new()
-    };
+    let particles_u32 = packed_particles(particles, room);
     v1::ForceUpdate { body: body.to_owned(), particles_u32, force, forces_f64: each }
+}
+
+/// The same of a pull.
+pub(super) fn pull_message(pull: &Pull, room: &mut Room) -> v1::PullUpdate {
+    let Pull { body, particles, points, frequency, most, seconds } = pull;
+    v1::PullUpdate {
+        body: body.clone(),
+        particles_u32: packed_particles(particles, room),
+        points_f64: packed(points, room),
+        frequency: *frequency,
+        most: *most,
+        seconds: *seconds,
+    }
 }
 
 /// A session as it stands among others: the bodies that forces act on are named, and the particles are left out.
@@ -160,6 +187,13 @@ pub(super) fn state_message(
         velocities_f64: velocities.map_or_else(Bytes::new, |velocities| packed(velocities, room)),
         upload_id: String::new(),
     }
+}
+
+fn packed_particles(particles: &[u32], room: &mut Room) -> Bytes {
+    if !room.take(size_of_val(particles)) {
+        return Bytes::new();
+    }
+    particles.iter().flat_map(|particle| particle.to_le_bytes()).collect()
 }
 
 fn packed(vectors: &[[f64; 3]], room: &mut Room) -> Bytes {

@@ -11,16 +11,17 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::{
     changes::{self, changes},
-    create, lists, pending,
+    create, links, lists, pending, save,
     server_info::server_info,
-    shared::Shared,
+    shared::{Shared, no_mesh},
     upload, validate,
 };
 use crate::{
     caller::Caller,
-    error::{Reason, ServiceError},
+    error::ServiceError,
+    passes::{Visitor, too_narrow},
     refusals::Call,
-    session::Accepted,
+    session::{Accepted, Session},
     stream::{self, Cut, Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
 };
 
@@ -35,10 +36,23 @@ impl Methods {
         Self { shared }
     }
 
-    /// Points and velocities of an uploaded mesh, by its id.
-    fn placed(&self) -> impl Fn(&str) -> Result<[Vectors; 2], ServiceError> {
-        let shared = &self.shared;
-        move |id| shared.vectors(id)
+    /// Points and velocities of an uploaded mesh, by its id. For the bearer of a pass, who uploads none, there is none.
+    fn placed(&self, visitor: &Visitor) -> impl Fn(&str) -> Result<[Vectors; 2], ServiceError> {
+        let (shared, is_bound) = (&self.shared, visitor.is_bound());
+        move |id| if is_bound { Err(no_mesh(id)) } else { shared.vectors(id) }
+    }
+
+    /// Up to `count` sessions that there are for a visitor, with ids after `after`, and whether more follow.
+    fn page(&self, visitor: &Visitor, after: &str, count: usize) -> (Vec<Arc<Session>>, bool) {
+        let registry = &self.shared.registry;
+        if !visitor.is_bound() {
+            return registry.page(after, count);
+        }
+        let mut seen = registry.all();
+        seen.retain(|session| session.id() > after && visitor.sees(session.uid()));
+        let more = seen.len() > count;
+        seen.truncate(count);
+        (seen, more)
     }
 
     /// Starts a watcher, after the session was asked for the fields that it wants.
@@ -47,10 +61,15 @@ impl Methods {
         request: Request<v1::WatchFramesRequest>,
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
         let (cut, call) = (cut(&request), Call::of(request.extensions()));
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let wanted = validate::wanted(&request, session.snow_cell(), &self.shared.config.limits)?;
         let delivery = validate::frame_delivery(&request)?;
+        if request.pace_to_watcher && !visitor.owns(session.uid()) {
+            return Err(
+                too_narrow("your link lets you watch this session, which does not wait for you").into()
+            );
+        }
         let slot = session.watcher_slot()?;
 
         let wish = self.shared.answered(session.provide(wanted.needed()).await)?;
@@ -69,10 +88,11 @@ impl Methods {
 
 type Answer<T> = Result<Response<T>, Status>;
 
-/// The message of a call, which is about the session of an id: the log names it if the call is refused.
-fn about<M>(request: Request<M>, id: impl FnOnce(&M) -> &str) -> M {
+/// The message of a call, which is about the session of an id, and who calls: the log names the session if the call is refused.
+fn about<M>(request: Request<M>, id: impl FnOnce(&M) -> &str) -> (M, Visitor) {
     Call::of(request.extensions()).note_session(id(request.get_ref()));
-    request.into_inner()
+    let visitor = Visitor::of(request.extensions());
+    (request.into_inner(), visitor)
 }
 
 /// The connection of a call.
@@ -146,7 +166,8 @@ impl SimulationService for Methods {
         request: Request<v1::CreateSessionRequest>,
     ) -> Answer<v1::CreateSessionResponse> {
         let caller = Caller::of(request.extensions());
-        let made = create::create(&self.shared, about(request, |asked| &asked.session_id), caller).await;
+        let (request, _) = about(request, |asked| &asked.session_id);
+        let made = create::create(&self.shared, request, caller).await;
         Ok(Response::new(self.shared.answered(made)?))
     }
 
@@ -155,13 +176,30 @@ impl SimulationService for Methods {
         request: Request<v1::ForkSessionRequest>,
     ) -> Answer<v1::ForkSessionResponse> {
         let caller = Caller::of(request.extensions());
-        let forked = create::fork(&self.shared, about(request, |asked| &asked.session_id), caller).await;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let forked = create::fork(&self.shared, request, &visitor, caller).await;
         Ok(Response::new(v1::ForkSessionResponse { session: Some(self.shared.answered(forked)?) }))
     }
 
+    type SaveSessionStream = save::Pieces;
+
+    async fn save_session(
+        &self,
+        request: Request<v1::SaveSessionRequest>,
+    ) -> Answer<Self::SaveSessionStream> {
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let shared = &self.shared;
+        let session = shared.session(&visitor, &request.session_id, &request.session_uid)?;
+        let place = shared.upload_place()?;
+        let saved = session.save(shared.config.limits.clone(), shared.memory.claim(), place).await;
+        let (file, place) = shared.answered(saved)?;
+        let (patience, draining) = (shared.config.watcher_stall(), shared.draining.clone());
+        Ok(Response::new(save::pieces(file, place, patience, draining)))
+    }
+
     async fn get_session(&self, request: Request<v1::GetSessionRequest>) -> Answer<v1::GetSessionResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         Ok(Response::new(v1::GetSessionResponse { session: Some(session.describe()) }))
     }
 
@@ -169,10 +207,11 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::ListSessionsRequest>,
     ) -> Answer<v1::ListSessionsResponse> {
+        let visitor = Visitor::of(request.extensions());
         let request = request.into_inner();
         let count = validate::page_size(request.page_size)?;
         validate::page_token(&request.page_token)?;
-        let (page, more) = self.shared.registry.page(&request.page_token, count);
+        let (page, more) = self.page(&visitor, &request.page_token, count);
         let last = page.last().filter(|_| more);
         Ok(Response::new(v1::ListSessionsResponse {
             next_page_token: last.map_or_else(String::new, |session| session.id().to_owned()),
@@ -185,9 +224,10 @@ impl SimulationService for Methods {
         request: Request<v1::DeleteSessionRequest>,
     ) -> Answer<v1::DeleteSessionResponse> {
         let caller = Caller::of(request.extensions());
-        let request = about(request, |asked| &asked.session_id);
-        validate::session_id(&request.session_id)?;
-        let session = self.shared.registry.remove(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
+        let session = self.shared.registry.remove(&request.session_id, session.uid())?;
+        self.shared.end_passes();
         tracing::info!(session = session.id(), %caller, "deleted");
         session.end();
         session.ended().await;
@@ -198,8 +238,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::PlaySessionRequest>,
     ) -> Answer<v1::PlaySessionResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let real_time_factor = validate::real_time_factor(request.real_time_factor)?;
         let session = self.shared.answered(session.play(real_time_factor))?;
         Ok(Response::new(v1::PlaySessionResponse { session: Some(session) }))
@@ -209,8 +249,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::PauseSessionRequest>,
     ) -> Answer<v1::PauseSessionResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let paused = session.pause(request.wait.into()).await;
         let (session, effective_step) = self.shared.answered(paused)?;
         Ok(Response::new(v1::PauseSessionResponse { session: Some(session), effective_step }))
@@ -220,11 +260,11 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::StepSessionRequest>,
     ) -> Answer<v1::StepSessionResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let steps = validate::steps(&request, session.step_count(), &self.shared.config.limits)?;
         let changes = match &request.changes {
-            Some(asked) => changes(asked, "changes.", &self.shared.config.limits, &self.placed())?,
+            Some(asked) => changes(asked, "changes.", &self.shared.config.limits, &self.placed(&visitor))?,
             None => Vec::new(),
         };
         let frame = validate::answered_fields(&request, session.particle_count())?;
@@ -237,8 +277,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::StopSessionRequest>,
     ) -> Answer<v1::StopSessionResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let stopped = session.stop().await;
         Ok(Response::new(v1::StopSessionResponse { session: Some(self.shared.answered(stopped)?) }))
     }
@@ -247,10 +287,11 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::UpdateParametersRequest>,
     ) -> Answer<v1::UpdateParametersResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let (at_step, when) = (request.at_step, request.wait.into());
-        let changes = changes(&changes::of_update(request), "", &self.shared.config.limits, &self.placed())?;
+        let changes =
+            changes(&changes::of_update(request), "", &self.shared.config.limits, &self.placed(&visitor))?;
         let updated = session.update(at_step, changes, when).await;
         Ok(Response::new(self.shared.answered(updated)?.into()))
     }
@@ -259,8 +300,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::ResetSessionRequest>,
     ) -> Answer<v1::ResetSessionResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let reset = session.reset().await;
         let Accepted { step, order } = self.shared.answered(reset)?;
         Ok(Response::new(v1::ResetSessionResponse { effective_step: step, order }))
@@ -270,8 +311,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::ListPendingChangesRequest>,
     ) -> Answer<v1::ListPendingChangesResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let count = validate::page_size(request.page_size)?;
         let after = pending::page_token(&request.page_token)?;
         let (page, last) = session.pending_changes(after, count);
@@ -282,8 +323,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::DropPendingChangesRequest>,
     ) -> Answer<v1::DropPendingChangesResponse> {
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
         let orders = (!request.orders.is_empty()).then_some(request.orders.as_slice());
         Ok(Response::new(v1::DropPendingChangesResponse { dropped_count: session.drop_changes(orders) }))
     }
@@ -305,8 +346,8 @@ impl SimulationService for Methods {
         request: Request<v1::WatchDiagnosticsRequest>,
     ) -> Answer<Self::WatchDiagnosticsStream> {
         let (cut, call) = (cut(&request), Call::of(request.extensions()));
-        let request = about(request, |asked| &asked.session_id);
-        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let session = self.shared.session(&visitor, &request.session_id, &request.session_uid)?;
 
         let v1::WatchDiagnosticsRequest { delivery, from_frame, max_rate_hz, .. } = request;
         let delivery = validate::delivery(delivery, from_frame, max_rate_hz)?;
@@ -327,26 +368,18 @@ impl SimulationService for Methods {
     }
 
     async fn make_link(&self, request: Request<v1::MakeLinkRequest>) -> Answer<v1::MakeLinkResponse> {
-        let links = &self.shared.links;
-        let code = links.make(Instant::now()).map_err(|error| {
-            ServiceError::internal(format!("the system gives no random numbers: {error}"))
-        })?;
-        tracing::info!(caller = %Caller::of(request.extensions()), "link made");
-        Ok(Response::new(v1::MakeLinkResponse {
-            code: code.reveal().to_owned(),
-            expires_in_seconds: links.time().as_secs_f64(),
-        }))
+        let caller = Caller::of(request.extensions());
+        let (request, visitor) = about(request, |asked| &asked.session_id);
+        let made = links::make(&self.shared, &visitor, &request, Instant::now())?;
+        let session = (!request.session_id.is_empty()).then_some(request.session_id);
+        tracing::info!(%caller, session, "link made");
+        Ok(Response::new(made))
     }
 
     async fn open_link(&self, request: Request<v1::OpenLinkRequest>) -> Answer<v1::OpenLinkResponse> {
-        let (caller, links) = (Caller::of(request.extensions()), &self.shared.links);
-        if !links.open(&request.into_inner().code, Instant::now()) {
-            let message =
-                "no link has this code: it was opened before, is too old, or gave way to newer ones";
-            return Err(ServiceError::new(Reason::LinkNotFound, message).into());
-        }
+        let caller = Caller::of(request.extensions());
+        let token = links::open(&self.shared, &request.into_inner().code, Instant::now())?;
         tracing::info!(%caller, "link opened");
-        let token = links.token().map_or_else(String::new, |token| token.reveal().to_owned());
         Ok(Response::new(v1::OpenLinkResponse { token }))
     }
 }

@@ -12,6 +12,8 @@ mod upload;
 mod request_ids;
 mod shared;
 mod create;
+mod save;
+mod links;
 mod methods;
 
 pub(crate) use methods::Methods;

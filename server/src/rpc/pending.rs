@@ -65,6 +65,7 @@ fn message(pending: &PendingChange, room: &mut lists::Room) -> v1::PendingChange
             Change::Force { body, particles, forces } => {
                 request.forces.push(lists::force_message(body, particles, forces, room));
             }
+            Change::Pull(pull) => request.pulls.push(lists::pull_message(pull, room)),
             Change::State { body, positions, velocities } => {
                 request.states.push(lists::state_message(body, positions, velocities.as_deref(), room));
             }

@@ -45,5 +45,6 @@ fn limits_message(limits: &Limits) -> v1::Limits {
         min_upload_rate: limits.min_upload_rate,
         max_server_bytes: limits.server_bytes(),
         max_build_seconds: limits.max_build_seconds,
+        max_pulls: limits.max_pulls,
     }
 }

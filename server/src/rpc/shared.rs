@@ -1,6 +1,6 @@
 //! What all calls share: configuration, sessions, meshes, request ids, the signal to end.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 use nappe_proto::token::Token;
 use nappe_sim::world::Vectors;
@@ -15,8 +15,9 @@ use crate::{
     error::{Reason, ServiceError},
     links::Links,
     memory::MemoryAccount,
+    passes::{Passes, Visitor},
     refusals::Refusals,
-    scenes::MeshStore,
+    scenes::{Checkpoint, MeshStore},
     session::{Registry, Session},
     stream::Streams,
 };
@@ -39,6 +40,8 @@ pub(crate) struct Shared {
     pub counters: Arc<Counters>,
     pub refusals: Arc<Refusals>,
     pub links: Links,
+    /// What links to one session gave.
+    pub passes: Arc<Passes>,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
@@ -59,21 +62,39 @@ impl Shared {
             counters: Arc::default(),
             refusals: Arc::default(),
             links: Links::new(token, config.link_time),
+            passes: Arc::default(),
             draining,
             config,
         }
     }
 
-    /// The session of an id, if it has this uid; an empty one fits every session.
+    /// The session of an id, if it has this uid; an empty one fits every session. Those that are not for the visitor do not exist
+    /// for it.
     ///
     /// # Errors
-    /// If the id is malformed, no session has it, or the one that has it is another.
-    pub(crate) fn session(&self, id: &str, uid: &str) -> Result<Arc<Session>, ServiceError> {
+    /// If the id is malformed, no session has it, the one that has it is another, or the method is not for the visitor there.
+    pub(crate) fn session(
+        &self,
+        visitor: &Visitor,
+        id: &str,
+        uid: &str,
+    ) -> Result<Arc<Session>, ServiceError> {
         validate::session_id(id)?;
         let session = self.registry.get(id)?;
+        if !visitor.sees(session.uid()) {
+            return Err(Registry::missing(id));
+        }
         session.expect_uid(uid)?;
+        visitor.check(session.uid())?;
         session.touch();
         Ok(session)
+    }
+
+    /// Ends what links gave whose time is over, or whose session is not there any more.
+    pub(crate) fn end_passes(&self) {
+        self.passes.end_over(Instant::now(), |uid| self.registry.has(uid));
+        // Nobody steers these copies any more: they go when they were idle for long.
+        self.registry.pause(&self.passes.take_left());
     }
 
     /// Points (m) and velocities (m/s) of an uploaded mesh, without a copy.
@@ -81,9 +102,19 @@ impl Shared {
     /// # Errors
     /// If no mesh has the id.
     pub(crate) fn vectors(&self, id: &str) -> Result<[Vectors; 2], ServiceError> {
-        self.meshes.vectors(id).ok_or_else(|| {
-            let message = format!("no mesh has the id '{id}': it was never uploaded, or dropped for others");
-            ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id)
+        self.meshes.vectors(id).ok_or_else(|| no_mesh(id))
+    }
+
+    /// The uploaded file of a session.
+    ///
+    /// # Errors
+    /// If no such file has the id.
+    pub(crate) fn checkpoint(&self, id: &str) -> Result<Checkpoint, ServiceError> {
+        self.meshes.checkpoint(id).ok_or_else(|| {
+            let message = format!(
+                "no uploaded file of a session has the id '{id}': it was never uploaded, or dropped for others"
+            );
+            ServiceError::new(Reason::CheckpointNotFound, message).with("checkpoint_id", id)
         })
     }
 
@@ -107,4 +138,10 @@ impl Shared {
             if drained { ServiceError::draining().into() } else { error.into() }
         })
     }
+}
+
+/// The error of a mesh that there is not.
+pub(super) fn no_mesh(id: &str) -> ServiceError {
+    let message = format!("no mesh has the id '{id}': it was never uploaded, or dropped for others");
+    ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id)
 }

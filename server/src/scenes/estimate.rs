@@ -41,6 +41,8 @@ const ITERATED_PARTICLE: [Cost; 2] = [cost(0.0, 120.0), cost(0.0, 96.0)];
 const TRIED_PARTICLE: [Cost; 2] = [cost(66.0, 34.0), cost(92.0, 32.0)];
 /// The third state that sub-steps take turns in.
 const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
+/// Where its window began, its way in the one before, how far it was within the window, and its piece, which it may be alone.
+const WATCHED_PARTICLE: [Cost; 2] = [cost(0.0, 96.0), cost(0.0, 32.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
 const COARSE_BLOCK: Cost = cost(48_000.0, 40_000.0);
 const COARSE_TOP: f64 = 0.8e6;
@@ -103,6 +105,7 @@ impl Estimate {
             (size.iterated_particles, by(ITERATED_PARTICLE)),
             (size.tried_particles, by(TRIED_PARTICLE)),
             (size.divided_particles, by(DIVIDED_PARTICLE)),
+            (size.watched_particles, by(WATCHED_PARTICLE)),
             (size.coarse_blocks, COARSE_BLOCK),
             (size.springs, by(SPRING)),
             (size.mesh_springs, MESH_SPRING),
@@ -203,6 +206,7 @@ mod tests {
         iterated_particles: 0,
         tried_particles: 0,
         divided_particles: 1000,
+        watched_particles: 0,
         coarse_blocks: 0,
         patched_particles: 0,
         switching_particles: 0,
@@ -245,6 +249,9 @@ mod tests {
 
         let apart = Estimate::of(&SceneSize { triangles_apart: 2000, ..SIZE }, Precision::F64, 2);
         assert_eq!(apart.session_bytes, estimate.session_bytes + 840_000);
+
+        let watched = Estimate::of(&SceneSize { watched_particles: 1000, ..SIZE }, Precision::F64, 2);
+        assert_eq!(watched.session_bytes, estimate.session_bytes + 128_000);
 
         let forces = Estimate::of(&SceneSize { named_bytes: 1 << 50, ..SIZE }, Precision::F64, 2);
         let refused = forces.claim(&account.claim(), &limits).expect_err("a name stands for many particles");

@@ -1,9 +1,12 @@
-//! Meshes that clients uploaded, kept for scenes that name them.
+//! Meshes that clients uploaded, kept for scenes that name them; and files of sessions, for sessions that go on from them.
 //!
-//! Enters: checked meshes. Leaves: meshes by their id, as long as there is room. Opens no file: a
+//! Enters: checked uploads. Leaves: uploads by their id, as long as there is room. Opens no file: a
 //! client's scene can name uploads and formulas only.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
 
 use nappe_scene::{ErrorKind, MeshSource, SceneError};
 use nappe_sim::{mesh::TriangleMesh, world::Vectors};
@@ -15,33 +18,70 @@ use crate::{
     memory::{Claim, MemoryAccount},
 };
 
-/// Uploaded meshes, bounded in number and in size: the one longest unused goes first. Sessions copy what they are made
-/// from, and states that wait for their step share it: no session depends on the store.
+/// Uploads, bounded in number and in size: the one longest unused goes first. Sessions hold the meshes that they are made
+/// from, and states that wait for their step share them: no session depends on the store.
 #[derive(Debug)]
 pub(crate) struct MeshStore {
-    /// Meshes at most, 1 or more.
+    /// Uploads at most, 1 or more.
     capacity: usize,
-    /// Bytes of all meshes at most; the newest is kept even if it is larger.
+    /// Bytes of all of them at most; the newest is kept even if it is larger.
     budget: u64,
-    /// Where the memory of meshes is counted.
+    /// Where their memory is counted.
     account: Arc<MemoryAccount>,
     /// Least recently used first.
-    meshes: Mutex<Vec<Kept>>,
+    uploads: Mutex<Vec<Kept>>,
 }
 
-/// A mesh that is kept.
+/// An upload that is kept.
 #[derive(Debug)]
 struct Kept {
     id: String,
+    content: Content,
+}
+
+/// What was uploaded.
+#[derive(Debug)]
+enum Content {
+    Mesh(HeldMesh),
+    Checkpoint(Checkpoint),
+}
+
+impl Content {
+    /// Memory that it takes (bytes).
+    fn size(&self) -> u64 {
+        match self {
+            Self::Mesh(held) => size(&held.mesh),
+            Self::Checkpoint(file) => file.bytes.len() as u64,
+        }
+    }
+}
+
+/// A mesh, whose memory counts for as long as somebody has it: the store may have forgotten it.
+#[derive(Clone, Debug)]
+struct HeldMesh {
     mesh: Arc<TriangleMesh>,
     memory: Arc<Claim>,
 }
 
-impl Kept {
+impl HeldMesh {
     /// Vectors of the mesh, without a copy.
     fn share(&self, of: fn(&TriangleMesh) -> &[[f64; 3]]) -> Vectors {
         let shared = Shared { mesh: Arc::clone(&self.mesh), of, _memory: Arc::clone(&self.memory) };
         Vectors::counted_elsewhere(shared)
+    }
+}
+
+/// The file of a session, of which the hashes were checked; its memory counts for as long as somebody has it.
+#[derive(Clone, Debug)]
+pub(crate) struct Checkpoint {
+    bytes: Arc<Vec<u8>>,
+    _memory: Arc<Claim>,
+}
+
+impl Checkpoint {
+    /// The bytes that `SaveSession` gave.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 }
 
@@ -61,7 +101,7 @@ impl AsRef<[[f64; 3]]> for Shared {
 impl MeshStore {
     pub(crate) fn new(limits: &Limits, account: Arc<MemoryAccount>) -> Self {
         let capacity = limits.max_meshes.max(1) as usize;
-        Self { capacity, budget: limits.max_mesh_store_bytes, account, meshes: Mutex::new(Vec::new()) }
+        Self { capacity, budget: limits.max_mesh_store_bytes, account, uploads: Mutex::new(Vec::new()) }
     }
 
     /// Keeps a mesh and returns its id.
@@ -69,57 +109,95 @@ impl MeshStore {
     /// # Errors
     /// If the server has no memory for it, even without the others.
     pub(crate) fn insert(&self, mesh: TriangleMesh) -> Result<String, ServiceError> {
-        let id = format!("mesh-{}", Uuid::new_v4().simple());
-        let (memory, bytes) = (self.account.claim(), size(&mesh));
-        let mut meshes = self.lock();
+        let bytes = size(&mesh);
+        self.keep("mesh", bytes, |memory| Content::Mesh(HeldMesh { mesh: Arc::new(mesh), memory }))
+    }
+
+    /// Keeps the file of a session, of which the hashes were checked, and returns its id.
+    ///
+    /// # Errors
+    /// If the server has no memory for it, even without the others.
+    pub(crate) fn insert_checkpoint(&self, file: Vec<u8>) -> Result<String, ServiceError> {
+        let bytes = file.len() as u64;
+        self.keep("checkpoint", bytes, |memory| {
+            Content::Checkpoint(Checkpoint { bytes: Arc::new(file), _memory: memory })
+        })
+    }
+
+    /// Keeps an upload of so many bytes, and returns its id.
+    fn keep(
+        &self,
+        kind: &str,
+        bytes: u64,
+        content: impl FnOnce(Arc<Claim>) -> Content,
+    ) -> Result<String, ServiceError> {
+        let id = format!("{kind}-{}", Uuid::new_v4().simple());
+        let memory = self.account.claim();
+        let mut uploads = self.lock();
         while let Err(full) = memory.grow(bytes) {
-            if meshes.is_empty() {
+            if uploads.is_empty() {
                 return Err(full);
             }
-            forget_oldest(&mut meshes);
+            forget_oldest(&mut uploads);
         }
 
-        meshes.push(Kept { id: id.clone(), mesh: Arc::new(mesh), memory: Arc::new(memory) });
-        while meshes.len() > self.capacity || (meshes.len() > 1 && self.exceeds_budget(&meshes)) {
-            forget_oldest(&mut meshes);
+        uploads.push(Kept { id: id.clone(), content: content(Arc::new(memory)) });
+        while uploads.len() > self.capacity || (uploads.len() > 1 && self.exceeds_budget(&uploads)) {
+            forget_oldest(&mut uploads);
         }
         Ok(id)
     }
 
-    fn exceeds_budget(&self, meshes: &[Kept]) -> bool {
-        meshes.iter().map(|kept| size(&kept.mesh)).sum::<u64>() > self.budget
+    fn exceeds_budget(&self, uploads: &[Kept]) -> bool {
+        uploads.iter().map(|kept| kept.content.size()).sum::<u64>() > self.budget
     }
 
     /// The mesh of an id, which becomes the most recently used.
-    pub(crate) fn get(&self, id: &str) -> Option<Arc<TriangleMesh>> {
-        self.used(id, |kept| Arc::clone(&kept.mesh))
+    #[cfg(test)]
+    fn get(&self, id: &str) -> Option<Arc<TriangleMesh>> {
+        Some(self.hold(id)?.mesh)
+    }
+
+    /// The mesh of an id, which becomes the most recently used, and what its memory is claimed by.
+    fn hold(&self, id: &str) -> Option<HeldMesh> {
+        self.used(id, |content| match content {
+            Content::Mesh(held) => Some(held.clone()),
+            Content::Checkpoint(_) => None,
+        })
+    }
+
+    /// The file of a session of an id, which becomes the most recently used.
+    pub(crate) fn checkpoint(&self, id: &str) -> Option<Checkpoint> {
+        self.used(id, |content| match content {
+            Content::Checkpoint(file) => Some(file.clone()),
+            Content::Mesh(_) => None,
+        })
     }
 
     /// Points (m) and velocities (m/s) of the mesh of an id, which becomes the most recently used.
     pub(crate) fn vectors(&self, id: &str) -> Option<[Vectors; 2]> {
-        self.used(id, |kept| {
-            [kept.share(|mesh| mesh.points.as_slice()), kept.share(|mesh| mesh.velocities.as_slice())]
-        })
+        let held = self.hold(id)?;
+        Some([held.share(|mesh| mesh.points.as_slice()), held.share(|mesh| mesh.velocities.as_slice())])
     }
 
-    fn used<T>(&self, id: &str, look: impl FnOnce(&Kept) -> T) -> Option<T> {
-        let mut meshes = self.lock();
-        let index = meshes.iter().position(|kept| kept.id == id)?;
-        let kept = meshes.remove(index);
-        let found = look(&kept);
-        meshes.push(kept);
-        Some(found)
+    fn used<T>(&self, id: &str, look: impl FnOnce(&Content) -> Option<T>) -> Option<T> {
+        let mut uploads = self.lock();
+        let index = uploads.iter().position(|kept| kept.id == id)?;
+        let kept = uploads.remove(index);
+        let found = look(&kept.content);
+        uploads.push(kept);
+        found
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Kept>> {
         // No code that holds the lock can leave the list half changed.
-        self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
+        self.uploads.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn forget_oldest(meshes: &mut Vec<Kept>) {
-    let oldest = meshes.remove(0);
-    tracing::info!(mesh = oldest.id, "forgotten to make room for a newer one");
+fn forget_oldest(uploads: &mut Vec<Kept>) {
+    let oldest = uploads.remove(0);
+    tracing::info!(upload = oldest.id, "forgotten to make room for a newer one");
 }
 
 /// Memory of a mesh's arrays (bytes).
@@ -130,19 +208,63 @@ fn size(mesh: &TriangleMesh) -> u64 {
         size_of_val(mesh.masses.as_slice()),
         size_of_val(mesh.uv.as_slice()),
         size_of_val(mesh.velocities.as_slice()),
+        size_of_val(mesh.springs.as_slice()),
     ];
     arrays.iter().sum::<usize>() as u64
 }
 
-impl MeshSource for MeshStore {
+fn no_file(path: &str) -> Result<TriangleMesh, SceneError> {
+    let message = format!("the server opens no files: upload '{path}' and name it as {{ upload = \"ID\" }}");
+    Err(SceneError::new(ErrorKind::MeshNotFound, "", message))
+}
+
+/// The meshes of a store as a scene is built from them: those that it names are noted.
+#[derive(Debug)]
+pub(super) struct Noted<'a> {
+    store: &'a MeshStore,
+    held: Mutex<HeldMeshes>,
+}
+
+impl<'a> Noted<'a> {
+    pub(super) fn new(store: &'a MeshStore) -> Self {
+        Self { store, held: Mutex::default() }
+    }
+
+    /// Those that were named.
+    pub(super) fn into_held(self) -> HeldMeshes {
+        self.held.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl MeshSource for Noted<'_> {
     fn upload(&self, id: &str) -> Option<Arc<TriangleMesh>> {
-        self.get(id)
+        // No code that holds the lock can leave the list half changed.
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(mesh) = held.upload(id) {
+            return Some(mesh);
+        }
+        let found = self.store.hold(id)?;
+        let mesh = Arc::clone(&found.mesh);
+        held.0.insert(id.to_owned(), found);
+        Some(mesh)
     }
 
     fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
-        let message =
-            format!("the server opens no files: upload '{path}' and name it as {{ upload = \"ID\" }}");
-        Err(SceneError::new(ErrorKind::MeshNotFound, "", message))
+        no_file(path)
+    }
+}
+
+/// The meshes that a scene was built from, by their ids: it can be built again of them, also once the store has forgotten them.
+#[derive(Debug, Default)]
+pub(crate) struct HeldMeshes(BTreeMap<String, HeldMesh>);
+
+impl MeshSource for HeldMeshes {
+    fn upload(&self, id: &str) -> Option<Arc<TriangleMesh>> {
+        self.0.get(id).map(|held| Arc::clone(&held.mesh))
+    }
+
+    fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
+        no_file(path)
     }
 }
 
@@ -186,6 +308,33 @@ mod tests {
         let large = store.insert(grid(30)).expect("room");
         assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false; 3]);
         assert!(store.get(&large).is_some());
+    }
+
+    #[test]
+    fn a_scene_finds_its_meshes_again_once_they_are_forgotten_and_they_count_until_then() {
+        let account = MemoryAccount::of_server(1 << 30);
+        let limits = Limits { max_meshes: 1, ..Limits::default() };
+        let store = MeshStore::new(&limits, Arc::clone(&account));
+        let bytes = size(&grid(3));
+        let id = store.insert(grid(3)).expect("room");
+        let noted = Noted::new(&store);
+        assert!(noted.upload("mesh-of-nobody").is_none());
+        let [first, again] = [(); 2].map(|()| noted.upload(&id).expect("it is kept"));
+        assert!(Arc::ptr_eq(&first, &again));
+        let held = noted.into_held();
+        let checkpoint = store.insert_checkpoint(vec![7; 100]).expect("room");
+        assert!(store.get(&id).is_none() && store.get(&checkpoint).is_none());
+        assert_eq!(held.upload(&id).expect("it is held").points.len(), 9);
+        assert_eq!(account.used(), bytes + 100);
+        drop(held);
+        assert_eq!(account.used(), 100);
+
+        let file = store.checkpoint(&checkpoint).expect("it is kept");
+        store.insert(grid(2)).expect("room");
+        assert!(store.checkpoint(&checkpoint).is_none(), "it is forgotten");
+        assert_eq!((file.bytes().len(), account.used()), (100, 100 + size(&grid(2))));
+        drop(file);
+        assert_eq!(account.used(), size(&grid(2)));
     }
 
     #[test]

@@ -17,7 +17,7 @@ use nappe_sim::{
 use tokio::sync::oneshot;
 
 use super::{
-    desk::{Copied, Desk, Ending, InProgress, Injected},
+    desk::{Copied, Desk, Ending, InProgress, Injected, Taken},
     failure::refused,
     pace::Pace,
     pending_changes::{Accepted, PendingChange, PendingChanges},
@@ -236,16 +236,29 @@ impl Control {
 
     /// Asks for a copy, between two steps.
     pub(super) fn copy(&self) -> Result<oneshot::Receiver<Copied>, ServiceError> {
+        self.ask_of_state(|desk| &mut desk.copies)
+    }
+
+    /// Asks for what is to be saved, between two steps.
+    pub(super) fn save(&self) -> Result<oneshot::Receiver<Taken>, ServiceError> {
+        self.ask_of_state(|desk| &mut desk.saves)
+    }
+
+    /// Asks for something of a state that did not fail, by the list of those who wait for it.
+    fn ask_of_state<T>(
+        &self,
+        list: fn(&mut Desk) -> &mut Vec<oneshot::Sender<T>>,
+    ) -> Result<oneshot::Receiver<T>, ServiceError> {
         let mut desk = self.open()?;
         if desk.state == State::Failed {
             let failure = self.status.progress().failure;
             return Err(refused(&self.status.properties.id, Reason::SessionFailed, failure));
         }
-        let (copy, copied) = oneshot::channel();
-        self.check_room(&mut desk, Some(&copy))?;
-        desk.copies.push(copy);
+        let (asked, taken) = oneshot::channel();
+        self.check_room(&mut desk, Some(&asked))?;
+        list(&mut desk).push(asked);
         self.changed.notify_one();
-        Ok(copied)
+        Ok(taken)
     }
 
     /// Asks for the session to be put back to its start, between two steps.

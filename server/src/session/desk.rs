@@ -1,10 +1,11 @@
 //! What the calls of a session and the thread that steps it share.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
+use nappe_proto::v1;
 use nappe_sim::{
     interrupt::Interrupt,
-    world::{Change, Simulation},
+    world::{Change, Simulation, WorldState},
 };
 use tokio::sync::oneshot;
 
@@ -15,7 +16,7 @@ use super::{
     transition::State,
     waiting::{FrameWish, Standing, Waiting},
 };
-use crate::error::ServiceError;
+use crate::{error::ServiceError, stream::EncodedFrame};
 
 /// What calls and thread share, each for a moment.
 #[derive(Debug)]
@@ -31,6 +32,8 @@ pub(super) struct Desk {
     pub(super) completions: Vec<oneshot::Sender<()>>,
     /// Who waits for a copy of the session.
     pub(super) copies: Vec<oneshot::Sender<Copied>>,
+    /// Who waits for what is to be saved of the session.
+    pub(super) saves: Vec<oneshot::Sender<Taken>>,
     /// Who waits to be told whether changes can be made.
     pub(super) trials: Vec<Trial>,
     /// Who waits for the session to be put back to its start.
@@ -57,6 +60,7 @@ impl Desk {
             waiting: Waiting::default(),
             completions: Vec::new(),
             copies: Vec::new(),
+            saves: Vec::new(),
             trials: Vec::new(),
             resets: Vec::new(),
             frames: Vec::new(),
@@ -84,7 +88,8 @@ impl Desk {
 
     /// Calls that wait for something else than those in `waiting`.
     pub(super) fn others_waiting(&self) -> usize {
-        self.completions.len() + self.copies.len() + self.trials.len() + self.resets.len()
+        let asked = self.completions.len() + self.copies.len() + self.saves.len();
+        asked + self.trials.len() + self.resets.len()
     }
 
     /// Steps that will have been taken once the session stands, if nobody asks for more.
@@ -144,6 +149,19 @@ pub(super) struct Trial {
 #[derive(Debug)]
 pub(super) struct Copied {
     pub(super) simulation: Simulation,
+    /// The changes that wait.
+    pub(super) pending: Queue,
+}
+
+/// What is to be saved of a session as it stands between two steps.
+#[derive(Debug)]
+pub(super) struct Taken {
+    /// As it is described.
+    pub(super) session: v1::Session,
+    pub(super) state: WorldState,
+    pub(super) state_hash: u64,
+    /// The newest frame.
+    pub(super) newest: Arc<EncodedFrame>,
     /// The changes that wait.
     pub(super) pending: Queue,
 }

@@ -53,10 +53,10 @@ impl From<bool> for When {
 /// The handle of a session.
 #[derive(Debug)]
 pub(crate) struct Session {
-    status: Arc<Status>,
+    pub(super) status: Arc<Status>,
     /// What its streams begin with, in pieces.
     topology: Vec<v1::Topology>,
-    control: Arc<Control>,
+    pub(super) control: Arc<Control>,
     watcher_slots: Arc<Semaphore>,
     watcher_limit: u32,
     lease: Lease,
@@ -99,6 +99,11 @@ impl Session {
 
     pub(crate) fn id(&self) -> &str {
         &self.status.properties.id
+    }
+
+    /// What no other session ever has.
+    pub(crate) fn uid(&self) -> &str {
+        &self.status.properties.uid
     }
 
     /// The session itself, if it has this uid; an empty one fits every session.
@@ -216,11 +221,7 @@ impl Session {
     /// # Errors
     /// If it failed or stands within a step that was given up, too many calls wait, or it is deleted meanwhile.
     pub(super) async fn copy(&self) -> Result<(Properties, Copied), ServiceError> {
-        let copied = self
-            .control
-            .copy()?
-            .await
-            .map_err(|_gone| if self.is_ending() { self.gone() } else { self.torn() })?;
+        let copied = self.control.copy()?.await.map_err(|_gone| self.untaken())?;
         Ok((self.status.properties.clone(), copied))
     }
 
@@ -347,10 +348,15 @@ impl Session {
         })
     }
 
-    fn torn(&self) -> ServiceError {
+    /// Why a state that was asked for was not taken.
+    pub(super) fn untaken(&self) -> ServiceError {
+        if self.is_ending() {
+            return self.gone();
+        }
         let id = self.id();
-        let message =
-            format!("session '{id}' stands within a step that was given up or failed: it cannot be copied");
+        let message = format!(
+            "session '{id}' stands within a step that was given up or failed: it cannot be copied or saved"
+        );
         ServiceError::new(Reason::SessionFailed, message).with("session_id", id)
     }
 

@@ -1,5 +1,6 @@
 //! What a session is made from, as a request asks for it.
 
+use nappe_proto::v1;
 use nappe_sim::math::Precision;
 
 use super::{ranks::RankCounts, saved_frame::SavedFrame};
@@ -8,6 +9,8 @@ use super::{ranks::RankCounts, saved_frame::SavedFrame};
 #[derive(Clone, Debug)]
 pub(crate) struct SessionOptions {
     pub id: String,
+    /// The request, which says the same.
+    pub request: v1::CreateSessionRequest,
     /// The text of the scene.
     pub scene_text: String,
     /// What the scene is called in messages.

@@ -45,11 +45,12 @@ pub(super) fn put_collider_poses(told: &mut v1::Parameters, now: impl Fn(usize) 
     }
 }
 
-fn cloth(ClothParameters { name, drag, air, springs }: ClothParameters) -> v1::ClothParameters {
+fn cloth(told: ClothParameters) -> v1::ClothParameters {
+    let ClothParameters { name, drag, air, springs, pull_count } = told;
     let springs = springs.into_iter().map(springs_of_kind).collect();
     let air =
         air.map(|Air { density, normal, lift, tangential }| v1::Air { density, normal, lift, tangential });
-    v1::ClothParameters { body: name, drag, springs, air }
+    v1::ClothParameters { body: name, drag, springs, air, pull_count: pull_count as u32 }
 }
 
 fn springs_of_kind(SpringRange { kind, stiffness, damping }: SpringRange) -> v1::SpringParameters {

@@ -10,6 +10,7 @@ use nappe_sim::world::Change;
 use crate::{
     error::{Reason, ServiceError},
     memory::Claim,
+    state::{PendingGroup, Waiting},
 };
 
 /// Changes in a page, unless the first call of it has more: with lists of a KiB each, an answer stays below 4 MiB.
@@ -70,6 +71,21 @@ impl PendingChanges {
         Ok(Self { queue, memory })
     }
 
+    /// The queue of a session that goes on from a file: groups of at most `limit` changes, after so many calls.
+    ///
+    /// # Errors
+    /// If too many changes wait, or the server has not as much memory left.
+    pub(super) fn restored(waiting: Waiting, limit: u32, memory: Claim) -> Result<Self, ServiceError> {
+        let mut pending = Self::new(limit, memory);
+        for PendingGroup { step, order, changes } in waiting.groups {
+            // Each has its place among all calls, which is the next one for a moment.
+            pending.queue.last_order = order.saturating_sub(1);
+            pending.push(step, changes)?;
+        }
+        pending.queue.last_order = waiting.last_order;
+        Ok(pending)
+    }
+
     /// The changes that wait, in the order in which they take effect.
     pub(super) fn queue(&self) -> &Queue {
         &self.queue
@@ -120,6 +136,17 @@ impl PendingChanges {
 }
 
 impl Queue {
+    /// Memory of all groups (bytes).
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Its groups as a file has them.
+    pub(super) fn into_waiting(self) -> Waiting {
+        let group = |(Accepted { step, order }, changes)| PendingGroup { step, order, changes };
+        Waiting { groups: self.groups.into_iter().map(group).collect(), last_order: self.last_order }
+    }
+
     /// How many changes wait.
     pub(super) fn count(&self) -> usize {
         self.count
@@ -235,6 +262,27 @@ mod tests {
         pending.push(9, path(400)).expect("room again");
         drop(pending);
         assert_eq!(account.used(), 0);
+    }
+
+    #[test]
+    fn a_queue_that_was_saved_is_the_same_and_goes_on_counting() {
+        let mut pending = queue(9);
+        for step in [5, 2, 5] {
+            pending.push(step, vec![Change::Drag(step as f64)]).expect("room");
+        }
+        assert_eq!(pending.drop_groups(Some(&[1])), 1);
+        let (bytes, saved) = (pending.queue().bytes(), pending.queue().clone().into_waiting());
+        let places: Vec<_> = saved.groups.iter().map(|group| (group.step, group.order)).collect();
+        assert_eq!((places, saved.last_order), (vec![(2, 2), (5, 3)], 3));
+
+        let account = MemoryAccount::of_server(1 << 30);
+        let few = PendingChanges::restored(saved.clone(), 1, account.claim()).expect_err("one is allowed");
+        assert_eq!((few.reason, account.used()), (Reason::TooManyChanges, 0));
+        let mut restored = PendingChanges::restored(saved.clone(), 9, account.claim()).expect("room");
+        assert_eq!(restored.queue().clone().into_waiting(), saved);
+        assert_eq!((restored.queue().count(), account.used()), (2, bytes));
+        assert_eq!(restored.push(5, Vec::new()).expect("room"), Accepted { step: 5, order: 4 });
+        assert_eq!(restored.take_due(2), [vec![Change::Drag(2.0)]]);
     }
 
     #[test]

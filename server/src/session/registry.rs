@@ -68,6 +68,16 @@ impl Registry {
         find(&self.lock(), id)
     }
 
+    /// Whether there is the session of a uid.
+    pub(crate) fn has(&self, uid: &str) -> bool {
+        self.lock().values().flatten().any(|session| session.uid() == uid)
+    }
+
+    /// The error of a session that there is not.
+    pub(crate) fn missing(id: &str) -> ServiceError {
+        not_found(id)
+    }
+
     /// Takes a session out of the registry, if it has this uid; an empty one fits every session.
     ///
     /// # Errors
@@ -94,6 +104,14 @@ impl Registry {
     /// All sessions that there are.
     pub(crate) fn all(&self) -> Vec<Arc<Session>> {
         self.lock().values().flatten().cloned().collect()
+    }
+
+    /// Pauses the sessions of some uids, as far as they are there.
+    pub(crate) fn pause(&self, uids: &[String]) {
+        for session in self.all().iter().filter(|session| uids.iter().any(|uid| uid == session.uid())) {
+            // One that has ended needs no pause.
+            let _ended = session.control.pause(None);
+        }
     }
 
     /// Deletes the sessions that nobody has used for as long as they are kept.

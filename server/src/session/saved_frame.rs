@@ -79,7 +79,7 @@ impl SavedFrame {
             return Err(ServiceError::field("begin.time_seconds", problem).with("value", told));
         }
         if self.missing.contains(&Missing::Calls) {
-            let problem = "has 'calls': gravity, wind, parameters, forces or ways of colliders were others than those of the scene, \
+            let problem = "has 'calls': gravity, wind, parameters, forces, pulls or ways of colliders were others than those of the scene, \
                            since calls had changed them, and no frame holds them";
             return Err(ServiceError::field("begin.carried.missing", problem));
         }

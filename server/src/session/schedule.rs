@@ -11,7 +11,7 @@ use tokio::sync::oneshot;
 
 use super::{
     control::Control,
-    desk::{Copied, Desk, Ending, InProgress, Injected, Trial},
+    desk::{Copied, Desk, Ending, InProgress, Injected, Taken, Trial},
     pending_changes::{Accepted, Queue},
     transition::{Effect, Event, State},
     waiting::FrameWish,
@@ -30,6 +30,8 @@ pub(super) enum Task {
     Settle { frames: Vec<FrameWish> },
     /// Copies the session for those who wait for it, with the changes that wait.
     Copy { to: Vec<oneshot::Sender<Copied>>, pending: Queue },
+    /// Takes what is to be saved of the session for those who wait for it, with the changes that wait.
+    Save { to: Vec<oneshot::Sender<Taken>>, pending: Queue },
     /// Puts the session back to its start, for those who wait for it.
     Reset { done: Vec<(oneshot::Sender<Accepted>, Accepted)> },
     /// Tells whether changes can be made, to those who wait for it.
@@ -69,6 +71,12 @@ impl Control {
             if !desk.copies.is_empty() {
                 let to = std::mem::take(&mut desk.copies);
                 return Task::Copy { to, pending: desk.pending.queue().clone() };
+            }
+
+            desk.saves.retain(|save| !save.is_closed());
+            if !desk.saves.is_empty() {
+                let to = std::mem::take(&mut desk.saves);
+                return Task::Save { to, pending: desk.pending.queue().clone() };
             }
 
             if !desk.resets.is_empty() && !matches!(desk.state, State::Finished | State::Failed) {
@@ -208,6 +216,7 @@ impl Control {
         desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();
+        desk.saves.clear();
         desk.trials.clear();
         desk.frames.clear();
     }
@@ -221,6 +230,7 @@ impl Control {
         desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();
+        desk.saves.clear();
         desk.trials.clear();
         desk.frames.clear();
     }

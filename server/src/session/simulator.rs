@@ -10,8 +10,15 @@ use nappe_sim::{
     world::{Change, ChangeError, Simulation},
 };
 use rayon::ThreadPool;
+use tokio::sync::oneshot;
 
-use super::{desk::Trial, ranks::Ranks, status::Status, waiting::FrameWish};
+use super::{
+    desk::{Taken, Trial},
+    pending_changes::Queue,
+    ranks::Ranks,
+    status::Status,
+    waiting::FrameWish,
+};
 use crate::{
     error::ServiceError,
     memory::Claim,
@@ -115,6 +122,10 @@ impl Simulator {
                 outcome => break outcome,
             }
         };
+        if outcome.is_err() {
+            // Where forces jump, the past was forgotten before the step.
+            self.hashed.set(None);
+        }
         let seconds = begin.elapsed().as_secs_f64();
         let stepped = outcome.map(|report| TimedStep { report, seconds, stage_seconds: clock.seconds });
         stepped.map_err(|error| NoStep::Failed(Box::new(error)))
@@ -166,6 +177,18 @@ impl Simulator {
             if let Ok(tried) = tried {
                 let _ = done.send(tried.map_err(|error| ServiceError::from(&error)));
             }
+        }
+    }
+
+    /// Takes what is to be saved of the state as it is, unless it may be half changed.
+    pub(super) fn save(&self, to: Vec<oneshot::Sender<Taken>>, pending: &Queue) {
+        let simulation = &self.simulation;
+        for save in to.into_iter().filter(|_| !self.is_torn) {
+            let state = self.pool.install(|| simulation.take());
+            let newest = self.status.feed.newest().frame;
+            let (session, state_hash, pending) = (self.status.describe(), self.hash(), pending.clone());
+            // Whoever asked may be gone.
+            let _ = save.send(Taken { session, state, state_hash, newest, pending });
         }
     }
 

@@ -4,61 +4,36 @@
 //! session.
 
 use std::{
-    cell::Cell,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::Arc,
     thread,
     time::{Duration, SystemTime},
 };
 
-use nappe_proto::v1;
 use nappe_scene::Scene;
 use nappe_sim::{
     interrupt::{self, Interrupt},
     world::{ChangeRules, Simulation},
 };
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::{sync::oneshot, time::timeout};
 use tokio_util::sync::CancellationToken;
 
 use super::{
-    control::Control,
     desk::Copied,
-    frame_room::FrameRoom,
     handle::Session,
     options::SessionOptions,
-    parameters::parameters,
     pending_changes::PendingChanges,
     place::Place,
     ranks::Begin,
-    simulator::{Behind, Simulator},
-    status::{Progress, Properties, Status, new_uid},
-    stepper::Stepper,
-    transition::State,
+    stand::{Beginning, Parts, Resources, no_threads, stand, thread_pool},
+    status::{Properties, new_uid},
 };
 use crate::{
-    config::{Limits, RankSettings},
-    counters::Counters,
+    config::Limits,
     error::{Reason, ServiceError},
     memory::Claim,
-    scenes::{Asked, Assembled, MeshStore, assemble_scene},
-    stream::{Arrays, EncodedFrame, Feed, FieldSet, FrameHead, Streams, initial_diagnostics, topology},
+    scenes::{Asked, Assembled, Origin, Source, assemble_scene},
 };
-
-/// Stack of a stepping thread (bytes), the size that a program's first thread has. Kernels keep many
-/// vectors on it, and stolen work nests them; an overflow would end the process, not the session.
-const STACK_BYTES: usize = 8 << 20;
-
-/// What the sessions of a server are made with.
-#[derive(Clone, Debug)]
-pub(crate) struct Resources {
-    pub meshes: Arc<MeshStore>,
-    pub limits: Limits,
-    pub streams: Arc<Streams>,
-    /// How ranks are started.
-    pub ranks: RankSettings,
-    pub counters: Arc<Counters>,
-}
 
 /// A call that waits for a build: if it goes before there is an answer, or waits no longer, the build is given up.
 struct Waiting {
@@ -118,15 +93,18 @@ pub(crate) async fn fork(
     let (name, allowed) = (properties.id.clone(), resources.limits.max_build_seconds);
     let build = move |_: &Interrupt, ended, memory| {
         let pool = thread_pool(properties.thread_count)?;
-        let asked = (Arc::clone(simulation.rules()), pending);
-        let (stepper, session) = stand(simulation, pool, properties, asked, &resources, ended, memory)?;
+        let begin = Beginning { rules: rules(&simulation, &resources.limits), pending, past: None };
+        let (stepper, session) = stand(simulation, pool, properties, begin, &resources, ended, memory)?;
         Ok((stepper, session, Vec::new()))
     };
     Ok(launch(name, place, memory, allowed, build).await?.0)
 }
 
 /// Starts a thread that builds a session within `allowed` seconds and steps it, and that keeps `place` and `memory` until it ends.
-async fn launch(
+///
+/// # Errors
+/// Those of the build, that it takes too long, or that the system gives no thread.
+pub(super) async fn launch(
     name: String,
     place: Place,
     memory: Claim,
@@ -169,7 +147,10 @@ async fn launch(
     })?
 }
 
-type Parts = (Stepper, Session, Vec<String>);
+/// Which changes of calls a session accepts.
+pub(super) fn rules(simulation: &Simulation, limits: &Limits) -> Arc<ChangeRules> {
+    Arc::new(simulation.rules().with_most_pulled(limits.max_pulls as usize))
+}
 
 fn build(
     options: &SessionOptions,
@@ -185,7 +166,7 @@ fn build(
         precision: options.precision,
         thread_count: options.thread_count,
     };
-    let Assembled { scene, built, session_bytes, snow_bytes } =
+    let Assembled { scene, built, session_bytes, snow_bytes, parts } =
         assemble_scene(asked, meshes, limits, &memory)?;
     if options.ranks.is_some() {
         built.setup.check_for_ranks().map_err(|error| {
@@ -207,20 +188,23 @@ fn build(
     interrupt::point();
 
     memory.shrink_to(session_bytes);
+    let (request, source) = (Some(options.request.clone()), Source::Scene(parts));
+    let origin = Origin { request, warnings: warnings.clone(), source };
     let properties = Properties {
         claimed_bytes: session_bytes,
         claimed_snow_bytes: snow_bytes,
         claimed_way_bytes: simulation.changed_memory_bytes() as u64,
         initial_changes: built.initial_changes.clone().into(),
-        ..properties(options, &scene, &simulation)
+        ..properties(options, &scene, &simulation, Arc::new(origin))
     };
     // The copy of what ranks step accepts more than they do.
     let rules = match options.ranks {
-        Some(_) => Arc::new(simulation.rules().over_ranks()),
-        None => Arc::clone(simulation.rules()),
+        Some(_) => Arc::new(rules(&simulation, limits).over_ranks()),
+        None => rules(&simulation, limits),
     };
-    let asked = (rules, PendingChanges::new(limits.max_pending_changes, memory.another()));
-    let (mut stepper, session) = stand(simulation, pool, properties, asked, resources, ended, memory)?;
+    let pending = PendingChanges::new(limits.max_pending_changes, memory.another());
+    let begin = Beginning { rules, pending, past: None };
+    let (mut stepper, session) = stand(simulation, pool, properties, begin, resources, ended, memory)?;
     if let Some(counts) = options.ranks {
         let begun = options.begin.as_ref().map(|_| stepper.simulator.simulation.take());
         let begin = Begin { setup: &built.setup, precision, changes: &built.initial_changes, begun };
@@ -232,83 +216,6 @@ fn build(
         }
     }
     Ok((stepper, session, warnings))
-}
-
-/// A session that stands, paused, with its first frame: with the changes that it accepts, and those that wait.
-fn stand(
-    simulation: Simulation,
-    pool: ThreadPool,
-    properties: Properties,
-    (rules, pending): (Arc<ChangeRules>, PendingChanges),
-    resources: &Resources,
-    ended: CancellationToken,
-    memory: Claim,
-) -> Result<(Stepper, Session), ServiceError> {
-    let Resources { limits, streams, counters, .. } = resources;
-    let Properties { claimed_snow_bytes: snow_bytes, claimed_way_bytes: changed_bytes, .. } = properties;
-    let topology = topology(&simulation, &properties.colors, &properties.uid);
-    interrupt::point();
-    let diagnostics = pool.install(|| initial_diagnostics(&simulation));
-    interrupt::point();
-    let arrays = Arrays::new(streams.memory());
-    let budget = limits.history_bytes_per_session;
-    let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics, budget, streams))?;
-    let feed = Arc::new(Feed::new(&properties.uid, first, budget, Arc::clone(streams)));
-
-    let progress = Progress {
-        state: State::Paused,
-        largest_stretch: [diagnostics.max_stretch, simulation.time()],
-        step: simulation.step_count(),
-        time_seconds: simulation.time(),
-        state_hash: Some(state_hash),
-        diagnostics,
-        stepping_seconds: 0.0,
-        parameters: parameters(&simulation),
-        failure: None,
-        ranks: None,
-    };
-    let status = Arc::new(Status::new(properties, feed, progress));
-
-    let step_interrupt = simulation.interrupt().clone();
-    let control = Arc::new(Control::new(Arc::clone(&status), rules, step_interrupt, pending));
-    let room = FrameRoom::new(memory.another(), status.properties.particle_count, budget);
-    let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), (room, ended), limits);
-
-    let hashed = Cell::new(Some((simulation.step_count(), state_hash)));
-    let mut simulator = Simulator {
-        simulation,
-        pool,
-        status,
-        arrays,
-        hashed,
-        memory,
-        snow_bytes,
-        changed_bytes,
-        pair_bytes: 0,
-        ranks: None,
-        behind: Behind::Nothing,
-        is_torn: false,
-    };
-    simulator.count_growth()?;
-    let counters = Arc::clone(counters);
-    Ok((Stepper { simulator, control, counters, completing: Vec::new() }, session))
-}
-
-fn thread_pool(thread_count: u32) -> Result<ThreadPool, ServiceError> {
-    ThreadPoolBuilder::new()
-        .num_threads(thread_count as usize)
-        .stack_size(STACK_BYTES)
-        .thread_name(|index| format!("step-{index}"))
-        .build()
-        .map_err(|error| no_threads(&error))
-}
-
-/// The system gives no thread: it has no memory for its stack, or the limit on threads is reached.
-fn no_threads(error: &impl std::fmt::Display) -> ServiceError {
-    ServiceError::new(
-        Reason::ServerMemoryFull,
-        format!("the system starts no thread for the session: {error}"),
-    )
 }
 
 /// A build that was given up after so many seconds.
@@ -325,7 +232,12 @@ fn invalid_setup(options: &SessionOptions, error: &impl std::fmt::Display) -> Se
     ServiceError::new(Reason::InvalidScene, message).with("violation", "SETUP")
 }
 
-fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) -> Properties {
+fn properties(
+    options: &SessionOptions,
+    scene: &Scene,
+    simulation: &Simulation,
+    origin: Arc<Origin>,
+) -> Properties {
     let frame_interval_steps =
         if options.frame_interval_steps == 0 { scene.frame_interval } else { options.frame_interval_steps };
     Properties {
@@ -345,6 +257,7 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
         spring_count: simulation.spring_count() as u64,
         snow_cell: simulation.snow_cell(),
         initial_changes: Arc::default(),
+        origin,
         claimed_bytes: 0,
         claimed_snow_bytes: 0,
         claimed_way_bytes: 0,
@@ -357,32 +270,4 @@ fn colors(scene: &Scene) -> Arc<[(String, u32)]> {
     let packed =
         |[red, green, blue]: [f64; 3]| u32::from_be_bytes([0, channel(red), channel(green), channel(blue)]);
     scene.bodies.iter().filter_map(|body| Some((body.name.clone(), packed(body.color?)))).collect()
-}
-
-/// Frame 0 has every field if the `budget` (bytes) of frames holds them: whoever opens a stream after a call that plays
-/// finds it complete until the next frame is made. Its nodes of a grid are made for who asks before the first step.
-fn first_frame(
-    simulation: &Simulation,
-    diagnostics: &v1::Diagnostics,
-    budget: u64,
-    streams: &Streams,
-) -> Result<(EncodedFrame, u64), ServiceError> {
-    let state_hash = simulation.state_hash();
-    let head =
-        FrameHead { state_hash: Some(state_hash), ..FrameHead::of(simulation, 0, diagnostics.clone()) };
-
-    // Arrays of their own, which are freed: no later frame may need as many.
-    let arrays = Arrays::new(streams.memory());
-    let encode = |wanted| EncodedFrame::encode(simulation, wanted, head.clone(), &arrays);
-    let bytes = FieldSet::FIELDS.stride() * simulation.particle_count();
-    let complete = if bytes as u64 <= budget { encode(FieldSet::FIELDS).ok() } else { None };
-    // A field that is not finite is missed by who asks for it; positions are needed.
-    let first = complete.map_or_else(|| encode(FieldSet::ALWAYS), Ok).map_err(|error| {
-        let refused = ServiceError::new(Reason::InvalidScene, format!("at the start, {error}"));
-        match error.particle() {
-            Some(particle) => refused.with("particle", particle),
-            None => refused,
-        }
-    })?;
-    Ok((first, state_hash))
 }

@@ -10,10 +10,10 @@ use nappe_sim::{math::Precision, world::Change};
 use uuid::Uuid;
 
 use super::transition::State;
-use crate::stream::Feed;
+use crate::{scenes::Origin, stream::Feed};
 
 /// What never changes during a session.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Properties {
     pub id: String,
     /// Never given to another session.
@@ -41,6 +41,8 @@ pub(crate) struct Properties {
     pub snow_cell: Option<f64>,
     /// Changes with which it begins: moving pins.
     pub initial_changes: Arc<[Change]>,
+    /// What it was made from.
+    pub origin: Arc<Origin>,
     /// Memory of the server that is counted for it (bytes).
     pub claimed_bytes: u64,
     /// Those of them that are counted for its snow, before that grows.

@@ -79,10 +79,11 @@ impl Stepper {
                 self.control.settled(hash);
             }
             Task::Copy { to, pending } if self.catch_up() => self.copy(to, &pending),
+            Task::Save { to, pending } if self.catch_up() => self.simulator.save(to, &pending),
             Task::Reset { done } if self.catch_up() => self.reset(done),
             Task::Try { trials } => self.simulator.try_out(trials),
             // Who waits is told of the failure.
-            Task::Settle { .. } | Task::Copy { .. } | Task::Reset { .. } => {}
+            Task::Settle { .. } | Task::Copy { .. } | Task::Save { .. } | Task::Reset { .. } => {}
             Task::Complete { done, injected } => self.complete(done, injected),
             Task::Stop => {
                 if self.control.stop_now() {
@@ -210,6 +211,10 @@ impl Stepper {
             progress.diagnostics = diagnostics;
             progress.parameters.wind = Some(simulation.wind().into());
             put_collider_poses(&mut progress.parameters, |index| simulation.collider_pose(index));
+            // Pulls end by themselves.
+            if progress.parameters.cloths.iter().any(|cloth| cloth.pull_count > 0) {
+                progress.parameters = parameters(simulation);
+            }
         });
 
         for rejection in &report.rejections {

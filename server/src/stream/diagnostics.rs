@@ -7,8 +7,8 @@ use nappe_sim::{
     collide::Collider,
     linalg::{Outcome, SolveReport},
     report::{
-        BoundKind, ClothSteps, Diagnostics, Load, Rejection, SnowReport, Stage, StageSeconds, StepReport,
-        SurfaceReport,
+        BoundKind, ClothSteps, Diagnostics, Load, Rejection, RestReport, SnowReport, Stage, StageSeconds,
+        StepReport, SurfaceReport,
     },
     world::Simulation,
 };
@@ -49,6 +49,7 @@ pub(crate) fn diagnostics(
         notices: Some(v1::Notices::default()),
         loads: report.loads.iter().zip(colliders).map(load).collect(),
         surface: report.surface.as_ref().map(surface),
+        rest: report.rest.as_ref().map(rest),
     }
 }
 
@@ -57,6 +58,11 @@ fn surface(report: &SurfaceReport) -> v1::SurfaceReport {
     let SurfaceReport { pairs, active, rounds, least_gap, failed, crossings } = *report;
     let least_gap_m = Some(least_gap).filter(|gap| gap.is_finite());
     v1::SurfaceReport { pairs, active, rounds, least_gap_m, failed, crossings }
+}
+
+fn rest(report: &RestReport) -> v1::RestReport {
+    let RestReport { particles: _, calm_particles: _, pieces, calm_pieces, way, change } = *report;
+    v1::RestReport { calm_share: report.calm_share(), pieces, calm_pieces, way_m: way, change_m: change }
 }
 
 fn load((load, collider): (&Load, &Collider)) -> v1::ColliderLoad {
@@ -199,5 +205,20 @@ mod tests {
             crossings: None,
         };
         assert_eq!(surface(&some), expected);
+    }
+
+    #[test]
+    fn what_lies_still_is_told_as_a_share_of_the_particles() {
+        let report = RestReport {
+            particles: 40,
+            calm_particles: 10,
+            pieces: 3,
+            calm_pieces: 2,
+            way: 0.25,
+            change: 0.125,
+        };
+        let expected =
+            v1::RestReport { calm_share: 0.25, pieces: 3, calm_pieces: 2, way_m: 0.25, change_m: 0.125 };
+        assert_eq!(rest(&report), expected);
     }
 }

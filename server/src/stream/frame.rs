@@ -15,7 +15,7 @@ use nappe_sim::{
 use prost::Message as _;
 
 use super::{
-    arrays::{Arrays, Segments},
+    arrays::{Arrays, Number as _, Segments},
     collider::poses,
     fields::{EncodedField, FieldSet, Wanted},
     grid_frame::{GridFrame, NODE_BYTES, packed_count, take_nodes},
@@ -91,6 +91,18 @@ impl EncodedFrame {
         let grid = if has_grid { GridFrame::of(simulation, arrays.memory())? } else { None };
         let carried = wanted.has_velocities().then(|| Arc::new(carried(simulation)));
         Ok(Self { head, fields, grid: grid.map(Arc::new), carried })
+    }
+
+    /// A frame of positions alone: three numbers in binary32 for each particle (m), as they are on the wire. Runs on the rayon pool
+    /// that the caller installed.
+    pub(crate) fn of_positions(head: FrameHead, positions: &[u8], arrays: &Arc<Arrays>) -> Self {
+        let numbers = positions.as_chunks::<4>().0;
+        let mut array: Vec<f32> = arrays.take(numbers.len() / 3, 3);
+        array.clear();
+        array.extend(numbers.iter().map(|number| f32::from_le_bytes(*number).to_wire()));
+        let mut fields = [const { None }; EncodedField::COUNT];
+        fields[EncodedField::POSITIONS_F32.index()] = Some(arrays.share(array, 3));
+        Self { head, fields, grid: None, carried: None }
     }
 
     /// The same frame with a hash.

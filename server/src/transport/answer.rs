@@ -1,5 +1,5 @@
 //! The body of an answer, looked at on its way out: an error at its end carries a reason, and a stream
-//! that knows nothing of a drain is ended by one.
+//! that knows nothing of a drain is ended by one. That of the bearer of a pass ends with the pass.
 
 use std::{
     future::Future as _,
@@ -17,6 +17,7 @@ use tonic_types::StatusExt as _;
 use super::method::Method;
 use crate::{
     error::{Reason, ServiceError},
+    passes,
     refusals::Call,
 };
 
@@ -28,6 +29,8 @@ pub(super) struct Answer {
     call: Call,
     /// For streams of services that are not ours: ours end by themselves, with what their watchers must know.
     drained: Option<Pin<Box<WaitForCancellationFutureOwned>>>,
+    /// The end of the pass of who called.
+    over: Option<Pin<Box<WaitForCancellationFutureOwned>>>,
     has_ended: bool,
 }
 
@@ -36,7 +39,12 @@ impl Answer {
     pub(super) fn new(inner: Body, method: Method, call: Call, draining: &CancellationToken) -> Self {
         let ends_itself = method.is_simulation() || method.is_health_check();
         let drained = (!ends_itself).then(|| Box::pin(draining.clone().cancelled_owned()));
-        Self { inner, method, call, drained, has_ended: false }
+        Self { inner, method, call, drained, over: None, has_ended: false }
+    }
+
+    /// The same, ended when the pass of who called is over.
+    pub(super) fn until(self, over: Option<CancellationToken>) -> Self {
+        Self { over: over.map(|over| Box::pin(over.cancelled_owned())), ..self }
     }
 
     /// Whether a drain ends the stream now.
@@ -46,8 +54,12 @@ impl Answer {
 
     /// The end of a stream that a drain ends.
     fn drain(&mut self) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
+        self.end(ServiceError::draining())
+    }
+
+    fn end(&mut self, why: ServiceError) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
         self.has_ended = true;
-        Poll::Ready(Some(Ok(Frame::trailers(trailers(ServiceError::draining())))))
+        Poll::Ready(Some(Ok(Frame::trailers(trailers(why)))))
     }
 }
 
@@ -61,6 +73,11 @@ impl HttpBody for Answer {
     ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
         if self.has_ended {
             return Poll::Ready(None);
+        }
+        if self.over.as_mut().is_some_and(|over| over.as_mut().poll(context).is_ready()) {
+            let why = passes::over();
+            self.call.refused(why.reason);
+            return self.end(why);
         }
 
         // What is there is sent first: a watcher of health learns that the server no longer serves. The end is ours: the

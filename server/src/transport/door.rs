@@ -3,7 +3,10 @@
 use http::{HeaderValue, Request, header};
 
 use super::{connections::Standing, cors::AllowedOrigins, host::AllowedHosts, method::Method, token::Guard};
-use crate::error::{Reason, ServiceError};
+use crate::{
+    error::{Reason, ServiceError},
+    passes::Visitor,
+};
 
 /// Lets requests in.
 #[derive(Clone, Debug)]
@@ -18,17 +21,22 @@ impl Door {
         Self { origins, hosts, guard }
     }
 
-    /// Why a request may not come in, if so. Who shows the token with one that may is known from then on.
-    pub(super) fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
-        let refusal = self.of_host(request).or_else(|| self.of_origin(request));
-        let refusal = refusal.or_else(|| self.guard.refusal(request.headers(), method));
-        if refusal.is_none() && self.guard.has_seen_it(method) {
+    /// Who makes a request. Who shows a token with one that may come in is known from then on.
+    ///
+    /// # Errors
+    /// If it may not come in.
+    pub(super) fn admit<B>(&self, request: &Request<B>, method: &Method) -> Result<Visitor, ServiceError> {
+        if let Some(refusal) = self.of_host(request).or_else(|| self.of_origin(request)) {
+            return Err(refusal);
+        }
+        let visitor = self.guard.admit(request.headers(), method)?;
+        if self.guard.has_seen_it(method) {
             Standing::of(request.extensions()).becomes_known();
         }
-        refusal
+        Ok(visitor)
     }
 
-    /// The same of what is open to those who have no token.
+    /// Why a request for what is open to those who have no token may not come in, if so.
     #[cfg(feature = "page")]
     pub(super) fn refusal_without_token<B>(&self, request: &Request<B>) -> Option<ServiceError> {
         self.of_host(request).or_else(|| self.of_origin(request))

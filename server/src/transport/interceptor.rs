@@ -27,6 +27,7 @@ use super::{
 };
 use crate::{
     error::{Reason, ServiceError, panic_message},
+    passes::{self, Visitor},
     refusals::Call,
 };
 
@@ -48,14 +49,12 @@ impl<S> Interceptor<S> {
         Self { inner, door, draining }
     }
 
-    fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
-        if let Some(refusal) = self.door.refusal(request, method) {
-            return Some(refusal);
-        }
-
+    fn admit<B>(&self, request: &Request<B>, method: &Method) -> Result<Visitor, ServiceError> {
+        let visitor = self.door.admit(request, method)?;
         let unread = too_large(request.headers()).or_else(|| compressed(request.headers()));
         let draining = self.draining.is_cancelled() && !method.is_health_check();
-        unread.or_else(|| draining.then(ServiceError::draining))
+        let refusal = unread.or_else(|| draining.then(ServiceError::draining));
+        refusal.map_or(Ok(visitor), Err)
     }
 }
 
@@ -73,11 +72,14 @@ where
         self.inner.poll_ready(context)
     }
 
-    fn call(&mut self, request: Request<B>) -> Self::Future {
+    fn call(&mut self, mut request: Request<B>) -> Self::Future {
         let (method, call) = (Method::new(request.uri().path()), Call::of(request.extensions()));
-        if let Some(refusal) = self.refusal(&request, &method) {
-            return Box::pin(async move { Ok(refused(refusal, &call)) });
-        }
+        let visitor = match self.admit(&request, &method) {
+            Ok(visitor) => visitor,
+            Err(refusal) => return Box::pin(async move { Ok(refused(refusal, &call)) }),
+        };
+        let over = visitor.ended();
+        request.extensions_mut().insert(visitor);
 
         // The service that was polled ready is the one to call.
         let ready = self.inner.clone();
@@ -89,8 +91,8 @@ where
             let answer = without_panic(async move { inner.call(request).await });
             // Whoever asks whether the server serves is answered until the end.
             let cut = if method.is_health_check() { CancellationToken::new() } else { draining.clone() };
-            Ok(match in_time(answer, deadline, &cut).await {
-                Ok(Ok(Ok(response))) => finished(response, method, call, &draining),
+            Ok(match in_time(answer, deadline, &cut, over.as_ref()).await {
+                Ok(Ok(Ok(response))) => finished(response, method, call, &draining, over),
                 Ok(Ok(Err(never))) => match never {},
                 Ok(Err(panic)) => refused(panicked(panic.as_ref(), method.path()), &call),
                 Err(cut) => refused(cut, &call),
@@ -99,12 +101,20 @@ where
     }
 }
 
-/// Waits for an answer as long as the client does and the server runs: a call may wait for a step of minutes.
+/// Waits for an answer as long as the client does, the server runs, and a pass of the caller is not over: a call may wait for a
+/// step of minutes.
 async fn in_time<T>(
     answer: impl Future<Output = T>,
     deadline: Option<Duration>,
     draining: &CancellationToken,
+    over: Option<&CancellationToken>,
 ) -> Result<T, ServiceError> {
+    let over = async {
+        match over {
+            None => std::future::pending().await,
+            Some(over) => over.cancelled().await,
+        }
+    };
     let late = async {
         match deadline {
             None => std::future::pending().await,
@@ -119,6 +129,7 @@ async fn in_time<T>(
         answer = answer => Ok(answer),
         deadline = late => Err(too_late(deadline)),
         () = draining.cancelled() => Err(ServiceError::draining()),
+        () = over => Err(passes::over()),
     }
 }
 
@@ -128,6 +139,7 @@ fn finished(
     method: Method,
     call: Call,
     draining: &CancellationToken,
+    over: Option<CancellationToken>,
 ) -> Response<Body> {
     if let Some(error) = reason_for(response.headers(), &method) {
         return refused(error, &call);
@@ -135,7 +147,7 @@ fn finished(
     if let Some(reason) = own_reason(response.headers()) {
         call.refused(reason);
     }
-    response.map(|body| Body::new(Answer::new(body, method, call, draining)))
+    response.map(|body| Body::new(Answer::new(body, method, call, draining).until(over)))
 }
 
 /// The answer that is an error and nothing else; the log is told of it.

@@ -32,7 +32,7 @@ pub(super) fn answer<B>(request: &Request<B>, door: &Door, shared: &Shared) -> O
     if request.method() != http::Method::GET || request.uri().path() != PATH {
         return None;
     }
-    let Some(refusal) = door.refusal(request, &Method::new(PATH)) else {
+    let Err(refusal) = door.admit(request, &Method::new(PATH)) else {
         return Some(plain(StatusCode::OK, page(shared)));
     };
     Call::of(request.extensions()).refused(refusal.reason);

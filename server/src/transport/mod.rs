@@ -8,6 +8,7 @@ mod cors;
 mod host;
 mod request_deadline;
 mod method;
+mod rights;
 mod token;
 mod door;
 mod answer;

@@ -60,7 +60,7 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     let hosts = AllowedHosts::new(&shared.config.address, &shared.config.allowed_hosts);
     let max_elements = shared.config.limits.max_changes_per_call.into();
     let guarded = RequestGuard::new(routes, Arc::clone(&shared.requests), max_elements);
-    let door = Door::new(origins.clone(), hosts, Guard::new(token));
+    let door = Door::new(origins.clone(), hosts, Guard::new(token, Arc::clone(&shared.passes)));
     let intercepted = Interceptor::new(guarded, door.clone(), shared.draining.clone());
     let time = shared.config.request_time();
     let draining = shared.draining.clone();

@@ -20,7 +20,7 @@ use crate::{
 pub(crate) const VARIABLE: &str = "NAPPE_BLESS";
 
 /// Files that tests write: name of the group, title, and the test in cargo's words.
-const WRITERS: [(&str, &str, &str); 6] = [
+const WRITERS: [(&str, &str, &str); 8] = [
     // First: whatever else is built is built from it.
     ("pages", "proto/generated", "--test generated"),
     ("pages", "docs/scenes.md", "--test reference -- the_reference_in_the_docs"),
@@ -32,6 +32,10 @@ const WRITERS: [(&str, &str, &str); 6] = [
     ("pages", "docs/stability.md", "--test stability -- the_page_of_stability"),
     ("pages", "docs/tree.md", "--test architecture -- the_drawn_tree"),
     ("hashes", "tests/golden/hashes.txt", "--test determinism -- every_run_has_its_committed_hash"),
+    // After the hashes, of which it is made.
+    ("hashes", "server/sim/src/bits.rs", "--test determinism -- the_number_of_the_bits"),
+    // After the bits, which it names.
+    ("hashes", "tests/golden/session.bin", "--lib -- the_committed_file"),
 ];
 
 /// Names of all groups.

@@ -1,5 +1,5 @@
-//! `nappe bench cloth`: seconds per step of a large sheet, implicit and explicit. In both precisions,
-//! on one thread and on all, straight on the simulation library.
+//! `nappe bench cloth`: seconds per step of a large sheet, implicit and explicit, and of thick cloth if asked. On one
+//! thread and on all, straight on the simulation library; the sheet in both precisions.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::{
     row::{Row, thread_counts},
-    sample, sheet,
+    sample, sheet, thick,
     timings::{self, StepCounts, Timing},
     triad,
 };
@@ -23,20 +23,31 @@ use crate::{
     output::{self, Column, Format, OutputArgs},
 };
 
-/// A 400 x 400 sheet with 956 002 springs: seconds per step, f32 and f64, on one thread and on all
+/// A 400 x 400 sheet with 956 002 springs: seconds per step, on one thread and on all
 #[derive(Args, Debug)]
 pub(crate) struct ClothArgs {
     /// Particles along a side of the sheet
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = whole::<u32>(8..=2000))]
     side: u32,
-    /// Steps timed in each precision, on each number of threads
+    /// Steps timed of each cloth in each precision, on each number of threads
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole::<u32>(1..))]
     repetitions: u32,
     /// Threads of the second measurement [default: all cores]
     #[arg(long, value_name = "T", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
+    /// Time cloth with a thickness too, which takes a minute to begin
+    #[arg(long)]
+    thick: bool,
     #[command(flatten)]
     output: OutputArgs,
+}
+
+/// A measurement of any cloth.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum AnyRow {
+    Sheet(ClothRow),
+    Thick(thick::ThickRow),
 }
 
 #[derive(Serialize)]
@@ -96,9 +107,14 @@ pub(crate) fn run(args: &ClothArgs) -> Result<()> {
             rows.extend(timings.iter().zip(&bandwidths).map(row));
         }
     }
+    let thick = if args.thick { thick::rows(&threads, args.repetitions as usize)? } else { Vec::new() };
     match args.output.format() {
-        Format::Json => output::json(&rows),
-        Format::Text => output::line(&text(&rows)),
+        Format::Json => {
+            let rows = rows.into_iter().map(AnyRow::Sheet).chain(thick.into_iter().map(AnyRow::Thick));
+            output::json(&rows.collect::<Vec<_>>())
+        }
+        Format::Text if thick.is_empty() => output::line(&text(&rows)),
+        Format::Text => output::line(&format!("{}\n\n{}", text(&rows), thick::text(&thick))),
     }
 }
 
@@ -110,13 +126,7 @@ fn cloth_row(
 ) -> ClothRow {
     let median_seconds = sample::median(timing.samples.iter().map(|s| s.seconds));
     let ratios = single.samples.iter().zip(&timing.samples).map(|(one, many)| one.seconds / many.seconds);
-    let medians = sample::median_stages(&timing.samples);
-    let stages: BTreeMap<_, _> = Stage::ALL
-        .iter()
-        .zip(medians)
-        .filter(|(_, seconds)| *seconds > 0.0)
-        .map(|(stage, seconds)| (stage.name(), seconds))
-        .collect();
+    let stages = sample::named_stages(&timing.samples);
     let bytes_per_iteration = integrator.is_implicit().then(|| bytes_per_iteration(network, precision));
     let solve = stages.get(Stage::Solve.name()).copied();
     ClothRow {

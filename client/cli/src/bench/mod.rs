@@ -14,6 +14,7 @@ mod cloud;
 mod process;
 mod loopback;
 mod zara;
+mod thick;
 mod cloth;
 mod solver;
 mod stream;

@@ -1,8 +1,10 @@
 //! A step that was timed, and what a row of samples says.
 
+use std::collections::BTreeMap;
+
 use nappe_sim::{
     linalg::SolveReport,
-    report::{StageSeconds, StepReport},
+    report::{Stage, StageSeconds, StepReport, SurfaceReport},
 };
 
 /// One step, timed.
@@ -16,13 +18,15 @@ pub(crate) struct Sample {
     pub(crate) substeps: u32,
     /// The linear solve within it, if there is one.
     pub(crate) solve: Option<SolveReport>,
+    /// What kept surfaces of cloth apart, where anything did.
+    pub(crate) surface: Option<SurfaceReport>,
 }
 
 impl Sample {
     /// What a step reports that took so many seconds, of which its stages took some.
     pub(crate) fn new(report: &StepReport, seconds: f64, stages: StageSeconds) -> Self {
         let substeps = report.snow.map_or(0, |snow| snow.substeps);
-        Self { seconds, stages, substeps, solve: report.solve }
+        Self { seconds, stages, substeps, solve: report.solve, surface: report.surface }
     }
 }
 
@@ -46,6 +50,12 @@ pub(crate) fn minimum(values: impl IntoIterator<Item = f64>) -> f64 {
 /// The median of each stage (s).
 pub(crate) fn median_stages(samples: &[Sample]) -> StageSeconds {
     std::array::from_fn(|stage| median(samples.iter().map(|sample| sample.stages[stage])))
+}
+
+/// The same by name, of each that takes any time.
+pub(crate) fn named_stages(samples: &[Sample]) -> BTreeMap<&'static str, f64> {
+    let named = Stage::ALL.into_iter().map(Stage::name).zip(median_stages(samples));
+    named.filter(|(_, seconds)| *seconds > 0.0).collect()
 }
 
 #[cfg(test)]

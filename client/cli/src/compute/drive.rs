@@ -8,6 +8,7 @@ use std::{future::Future, path::Path};
 use nappe_client::{
     Client, ClientError, DiagnosticsEvent, Event, FrameStream, SessionEnd, Wait, WatchOptions, v1,
 };
+use tokio::task::yield_now;
 
 use super::{
     progress::{Progress, Shown},
@@ -71,25 +72,33 @@ pub(crate) async fn drive(
             let driven = until_end(client, session, &progress, saved).await?;
             Ok(Driven { told: kept.told, saved: Some(kept.frame_count), ..driven })
         }
-        Form::Recording(recording) => {
-            let recorded = record(client, (place, path.as_path()), session, recording, shown);
+        Form::Recording(recording, beside) => {
+            let beside = beside.as_mut();
+            let recorded = record(client, (place, path.as_path()), session, recording, beside, shown);
             Box::pin(recorded).await.map_err(|error| recording.file().told(error))
         }
     }
 }
 
-/// Drives a session that a viewer records.
+/// Drives a session that a viewer records, and keeps its frames beside the recording if asked to.
 async fn record(
     client: &Client,
     (place, path): (&Place, &Path),
     session: &v1::Session,
     recording: &Recording,
+    beside: Option<&mut Sink>,
     shown: Shown,
 ) -> Result<Driven> {
     let id = session.session_id.as_str();
     let mut child = record::begin(recording, place, id, path).await?;
     let progress = Progress::start(session, shown);
-    let played = Box::pin(play(client, id, &progress));
+    let mut kept = Kept::default();
+    let played = Box::pin(async {
+        match beside {
+            Some(sink) => Box::pin(save(client, session, sink, &progress, &mut kept)).await,
+            None => Box::pin(play(client, id, &progress)).await,
+        }
+    });
     let recorded = Box::pin(record::follow(&mut child, client, id, played));
     let driven = until_end(client, session, &progress, recorded).await;
     let closed = child.finish().await;
@@ -140,7 +149,10 @@ async fn save(
     client.play(id, 0.0).await?;
 
     let mut saving = Saving { client, id, frames, sink, progress, kept, newest: None, broken: None };
-    while saving.receive().await? == Arrival::Saved {}
+    while saving.receive().await? == Arrival::Saved {
+        // Where frames come faster than they are written none is waited for, and Ctrl-C would not be seen.
+        yield_now().await;
+    }
     let session = client.get_session(id).await?;
     saving.nothing_lost(&session)
 }

@@ -21,8 +21,8 @@ use crate::{
     args::{ComputeArgs, OtherServerArgs, OverrideArgs, TokenArgs},
     error::{Exit, Result},
     output::{self, Format},
-    remote,
-    save::Destination,
+    paths, remote,
+    save::{Beside, Destination},
     scene::{self, Input},
     viewer::Place,
 };
@@ -85,13 +85,7 @@ pub(crate) async fn compute(
         let run = Run { scene, overrides, shown, start: Some(frame) };
         (run, Some(Destination::going_on(folder, &fields, reached)))
     } else {
-        let destination = match &args.save {
-            Some(path) => {
-                let existing = args.force.existing();
-                Some(Destination::open(path, existing, &args.fields, Some(scene)).await?)
-            }
-            None => None,
-        };
+        let destination = destination(scene, args).await?;
         let start = args.start.as_deref().map(SavedFrame::read).transpose()?;
         (Run { scene, overrides: args.overrides.clone(), shown, start }, destination)
     };
@@ -119,6 +113,20 @@ pub(crate) async fn compute(
         }
         _ => error,
     })
+}
+
+/// Where the frames go that are asked for: a table alone, or what `--save` names with a table beside it.
+async fn destination(scene: &Input, args: &ComputeArgs) -> Result<Option<Destination>> {
+    let (path, table) = match (&args.save, &args.table) {
+        (Some(path), table) => (path, table.as_deref()),
+        (None, Some(table)) => {
+            paths::check_table(table)?;
+            (table, None)
+        }
+        (None, None) => return Ok(None),
+    };
+    let beside = Beside { scene: Some(scene), table };
+    Destination::open(path, args.force.existing(), &args.fields, beside).await.map(Some)
 }
 
 /// Tells that a run which was to go on in a folder has ended there after so many steps.

@@ -32,7 +32,7 @@ pub(super) async fn begin(recording: &Recording, place: &Place, id: &str, path: 
     Ok(child)
 }
 
-/// Plays and waits until every frame is recorded.
+/// Plays and waits until every frame is recorded, and is kept by who plays if that keeps it too.
 ///
 /// # Errors
 /// When the session cannot be played, or not all of it is recorded. One that fails is recorded as far as it came.
@@ -42,25 +42,31 @@ pub(super) async fn follow(
     id: &str,
     played: impl Future<Output = Result<()>>,
 ) -> Result<()> {
+    let mut played = std::pin::pin!(played);
     let ended = tokio::select! {
         // First, so that nothing is played that nobody records.
         biased;
         ended = child.end() => Some(ended),
-        played = played => { played?; None }
+        done = &mut played => { done?; None }
     };
+    let is_played = ended.is_none();
     let ended = match ended {
         Some(ended) => ended,
         None => child.end().await,
     };
     match ended {
-        Ok(shown) if shown.finished => Ok(()),
-        Ok(shown) => Err(CliError::failure(format!(
-            "nappe-viewer was ended before the session, with {} recorded",
-            output::several(shown.frames, "frame")
-        ))),
-        Err(failure) if told_by(&failure, client, id).await => Ok(()),
-        Err(failure) => Err(failure.into()),
+        Ok(shown) if shown.finished => {}
+        Ok(shown) => {
+            return Err(CliError::failure(format!(
+                "nappe-viewer was ended before the session, with {} recorded",
+                output::several(shown.frames, "frame")
+            )));
+        }
+        Err(failure) if told_by(&failure, client, id).await => {}
+        Err(failure) => return Err(failure.into()),
     }
+    // The session has ended: what is kept beside the recording gets the frames that are left.
+    if is_played { Ok(()) } else { played.await }
 }
 
 /// Whether a failure is no news: the server gave it, and the session itself says why it failed.

@@ -43,6 +43,8 @@ pub(crate) struct Summary {
     cloth_at_end: Option<v1::ClothSteps>,
     /// What kept surfaces of cloth apart in the last step; none where nothing has to, and nothing is counted.
     surface_at_end: Option<v1::SurfaceReport>,
+    /// How still cloth lies at the end; none where the scene does not ask for that.
+    rest_at_end: Option<v1::RestReport>,
     /// Diagnostics of the snow in the last step; none without snow.
     snow_at_end: Option<v1::SnowDiagnostics>,
     /// What colliders felt in the last step; empty before the first.
@@ -107,6 +109,7 @@ impl Summary {
             external_work_at_end: last.external_work,
             cloth_at_end: last.cloth,
             surface_at_end: last.surface,
+            rest_at_end: last.rest,
             snow_at_end: last.snow,
             loads_at_end: last.loads,
             poses_at_end: session.parameters.as_ref().map_or_else(Vec::new, |now| now.collider_poses.clone()),
@@ -196,6 +199,9 @@ impl Summary {
         }
         if let Some(surface) = &self.surface_at_end {
             rows.push(("surfaces in the last step", diagnostics::surfaces(surface)));
+        }
+        if let Some(rest) = &self.rest_at_end {
+            rows.push(("at rest", diagnostics::rest(rest)));
         }
         if let Some(snow) = &self.snow_at_end {
             rows.push(("last step of snow", diagnostics::substeps(snow)));

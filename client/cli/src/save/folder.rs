@@ -8,15 +8,17 @@
 //! run goes on that was saved there, its frames follow those that are there.
 
 use std::{
-    fs,
-    io::{self, BufWriter, Write as _},
-    path::{Path, PathBuf},
+    io::{BufWriter, Write as _},
+    path::Path,
 };
 
-use nappe_client::{Encoding, Frame, GridFrame, Scalars, Topology, Vectors, WatchOptions, v1};
+use nappe_client::{Frame, GridFrame, Scalars, Topology, Vectors, WatchOptions, v1};
 use nappe_scene::mesh::{PlyFrame, PlyNumbers, PlyProperty, write_ply_frame};
 
-use super::surfaces::Surfaces;
+use super::{
+    room::{COLLIDERS, Room},
+    surfaces::Surfaces,
+};
 use crate::{
     error::{CliError, Result},
     fields::FieldsArgs,
@@ -26,12 +28,6 @@ use crate::{
 
 /// Properties of a PLY file that hold a velocity (m/s).
 const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
-
-/// Where the frames are until they replace those of another run, within the folder.
-const ASIDE: &str = "frames.new";
-
-/// The file of all mesh colliders.
-const COLLIDERS: &str = "colliders.ply";
 
 /// How far the run has come that was saved in a folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,11 +42,7 @@ pub(crate) struct Reached {
 
 /// PLY files: frame-000000.ply, frame-000001.ply ... and grid-000000.ply ...
 pub(crate) struct Folder {
-    path: PathBuf,
-    /// Where the files are written: the folder, or one within it while frames of another run are there.
-    place: PathBuf,
-    /// Folders that were made for it, inner ones first.
-    made: Vec<PathBuf>,
+    room: Room,
     fields: FieldsArgs,
     /// What the scene is known by, if that is at hand.
     scene: Option<String>,
@@ -73,38 +65,19 @@ impl Folder {
         fields: &FieldsArgs,
         scene: Option<String>,
     ) -> Result<Self> {
-        let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
-        let made = path.ancestors().take_while(missing).map(Path::to_owned).collect();
-        fs::create_dir_all(path).map_err(|error| CliError::file("make the folder", path, &error))?;
-        let old = frames(path).map_err(|error| CliError::file("read the folder", path, &error))?;
-        if let Some(name) = old.first().and_then(|file| file.file_name())
-            && existing == Existing::Kept
-        {
-            return Err(CliError::failure(format!(
-                "the folder {} holds frames already ({}): two runs would be mixed up",
-                path.display(),
-                name.display(),
-            ))
-            .hint("--force removes them; or give another folder"));
-        }
-        let place = if old.is_empty() { path.to_owned() } else { path.join(ASIDE) };
-        let mut folder = Self::new(path, fields, scene);
-        (folder.place, folder.made) = (place, made);
-        Ok(folder)
+        Ok(Self::new(Room::create(path, existing)?, fields, scene))
     }
 
     /// A folder in which the run goes on that was saved there.
     pub(super) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Self {
-        let mut folder = Self::new(path, fields, Some(reached.scene.clone()));
+        let mut folder = Self::new(Room::going_on(path), fields, Some(reached.scene.clone()));
         folder.reached = Some(reached);
         folder
     }
 
-    fn new(path: &Path, fields: &FieldsArgs, scene: Option<String>) -> Self {
+    fn new(room: Room, fields: &FieldsArgs, scene: Option<String>) -> Self {
         Self {
-            path: path.to_owned(),
-            place: path.to_owned(),
-            made: Vec::new(),
+            room,
             fields: fields.clone(),
             scene,
             reached: None,
@@ -129,11 +102,7 @@ impl Folder {
             let is_due = step.is_multiple_of(session.frame_interval_steps.max(1).into());
             self.offset = if is_due { *frame } else { frame.saturating_sub(1) };
         }
-        let encoding = match session.precision() {
-            v1::Precision::F64 => Encoding::F64,
-            v1::Precision::F32 | v1::Precision::Unspecified => Encoding::F32,
-        };
-        WatchOptions { encoding, ..self.fields.watch(options) }
+        self.fields.watch_exactly(options, session)
     }
 
     /// Keeps the triangles, which every file repeats, and the surfaces of colliders.
@@ -147,15 +116,13 @@ impl Folder {
     /// # Errors
     /// When one cannot be written.
     pub(super) fn write(&mut self, frame: &Frame) -> Result<()> {
-        if self.frame_count == 0 && self.is_aside() {
-            self.make_room()?;
-        }
+        self.room.begin()?;
         let is_first = self.frame_count == 0 && self.reached.is_none();
         let written = if is_first { self.write_surfaces() } else { Ok(()) };
         self.frame_count += 1;
         let written = written.and_then(|()| self.write_files(frame));
         self.is_torn |= written.is_err();
-        written.map_err(|error| self.told(error))
+        written.map_err(|error| self.room.told(error))
     }
 
     /// Has the frames take the place of those of another run. None came: those stay.
@@ -163,53 +130,10 @@ impl Folder {
     /// # Errors
     /// When a file is missing, or one cannot be removed or renamed.
     pub(super) fn finish(self) -> Result<()> {
-        if self.frame_count == 0 || !self.is_aside() {
-            return Ok(());
+        if self.is_torn && self.room.is_aside() {
+            return Err(self.room.told(CliError::failure("a file of a frame could not be written")));
         }
-        if self.is_torn {
-            return Err(self.told(CliError::failure("a file of a frame could not be written")));
-        }
-        self.replace().map_err(|(verb, file, error)| self.told(CliError::file(verb, &file, &error)))
-    }
-
-    /// Whether frames of another run are there.
-    fn is_aside(&self) -> bool {
-        self.place != self.path
-    }
-
-    /// Makes the folder within, without what a killed run left there.
-    fn make_room(&self) -> Result<()> {
-        let cleared = match fs::remove_dir_all(&self.place) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-            removed => removed,
-        };
-        let made = cleared.and_then(|()| fs::create_dir(&self.place));
-        made.map_err(|error| CliError::file("make the folder", &self.place, &error))
-    }
-
-    /// Removes the frames of another run, and moves those of this one.
-    fn replace(&self) -> Moved {
-        let listed =
-            |folder: &Path| frames(folder).map_err(|error| ("read the folder", folder.to_owned(), error));
-        let new = listed(&self.place)?;
-        for file in listed(&self.path)? {
-            fs::remove_file(&file).map_err(|error| ("remove", file, error))?;
-        }
-        for file in new {
-            let Some(name) = file.file_name() else { continue };
-            let moved = fs::rename(&file, self.path.join(name));
-            moved.map_err(|error| ("rename", file, error))?;
-        }
-        fs::remove_dir(&self.place).map_err(|error| ("remove", self.place.clone(), error))
-    }
-
-    /// An error after which the frames of another run stay.
-    fn told(&self, error: CliError) -> CliError {
-        if self.is_aside() && error.hint.is_none() {
-            error.hint(format!("the frames until then are in {}", self.place.display()))
-        } else {
-            error
-        }
+        self.room.finish()
     }
 
     fn write_files(&self, frame: &Frame) -> Result<()> {
@@ -249,13 +173,13 @@ impl Folder {
         }
         let positions = PlyNumbers::F32(points);
         let surfaces = PlyFrame { positions, properties: &[], triangles, step: 0, time: 0.0, comments: &[] };
-        write(&self.place.join(COLLIDERS), &surfaces, Existing::Kept)
+        write(&self.room.file(COLLIDERS), &surfaces, Existing::Kept)
     }
 
     /// Writes the file of a frame of the session.
     fn write_file(&self, what: &str, frame: u64, points: &PlyFrame<'_>) -> Result<()> {
         let existing = if self.reached.is_some() { Existing::Overwritten } else { Existing::Kept };
-        write(&self.place.join(format!("{what}-{:06}.ply", frame + self.offset)), points, existing)
+        write(&self.room.file(&format!("{what}-{:06}.ply", frame + self.offset)), points, existing)
     }
 
     fn write_grid(&self, frame: &Frame, grid: &GridFrame) -> Result<()> {
@@ -272,18 +196,6 @@ impl Folder {
             comments: &[],
         };
         self.write_file("grid", frame.frame, &nodes)
-    }
-}
-
-impl Drop for Folder {
-    /// Folders that were made for frames that did not come go.
-    fn drop(&mut self) {
-        if self.frame_count == 0 {
-            for folder in &self.made {
-                // One that holds something meanwhile stays.
-                let _ = fs::remove_dir(folder);
-            }
-        }
     }
 }
 
@@ -305,26 +217,6 @@ fn scalars(scalars: &Scalars) -> PlyNumbers<'_> {
         Scalars::F64(numbers) => PlyNumbers::F64(numbers),
     }
 }
-
-/// The files of a run in a folder: frames, grids, colliders.
-fn frames(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let is_numbered = name.starts_with("frame-") || name.starts_with("grid-");
-        if name == COLLIDERS
-            || (is_numbered && entry.path().extension().is_some_and(|ending| ending == "ply"))
-        {
-            found.push(entry.path());
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
-/// What could not be done, with which file, and why.
-type Moved = std::result::Result<(), (&'static str, PathBuf, io::Error)>;
 
 fn write(path: &Path, points: &PlyFrame<'_>, existing: Existing) -> Result<()> {
     write::write_by(path, existing, |file| {

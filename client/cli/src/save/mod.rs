@@ -1,23 +1,34 @@
-//! Where frames are kept: an HTML file, a folder with PLY files, or a Rerun recording.
+//! Where frames are kept: an HTML file, a folder with PLY files, files for ParaView, a scene of USD, a table, or a Rerun recording.
 //!
-//! Every frame that comes is kept. The first two are written here; a recording by `nappe-viewer`, which this command
+//! Every frame that comes is kept. All but a recording are written here; a recording by `nappe-viewer`, which this command
 //! starts.
 
 mod surfaces;
+mod room;
+mod solids;
 mod folder;
 mod html;
+mod vtk;
+mod usd;
+mod table;
 mod recording;
 
 use std::path::{Path, PathBuf};
 
 use nappe_client::{Frame, SessionEnd, Topology, WatchOptions, v1};
 
-use self::{folder::Folder, html::Html};
+use self::{folder::Folder, html::Html, table::Table, usd::Usd, vtk::Vtk};
 pub(crate) use self::{
     folder::Reached,
     recording::{File, Recording},
 };
-use crate::{error::Result, fields::FieldsArgs, paths, scene::Input, write::Existing};
+use crate::{
+    error::{CliError, Result},
+    fields::FieldsArgs,
+    paths,
+    scene::Input,
+    write::Existing,
+};
 
 /// Where the frames of a session go.
 pub(crate) struct Destination {
@@ -31,8 +42,17 @@ pub(crate) struct Destination {
 pub(crate) enum Form {
     /// This command, as the frames come.
     Sink(Sink),
-    /// `nappe-viewer`, a recording.
-    Recording(Recording),
+    /// `nappe-viewer`, a recording; and this command what stands beside it.
+    Recording(Box<Recording>, Option<Sink>),
+}
+
+/// What is kept beside the path of `--save`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Beside<'a> {
+    /// The scene, if it is at hand.
+    pub(crate) scene: Option<&'a Input>,
+    /// Where a table goes, if one is kept.
+    pub(crate) table: Option<&'a Path>,
 }
 
 /// What this command writes.
@@ -41,10 +61,18 @@ pub(crate) enum Sink {
     Folder(Box<Folder>),
     /// One page that holds its frames.
     Html(Box<Html>),
+    /// Files for ParaView.
+    Vtk(Box<Vtk>),
+    /// One file for Blender, Houdini and Omniverse.
+    Usd(Box<Usd>),
+    /// A row per frame.
+    Table(Box<Table>),
+    /// One of them, and a table beside it.
+    Tabled(Box<Self>, Box<Table>),
 }
 
 impl Destination {
-    /// An HTML file or a recording for a path that ends so, a folder for another; of a scene, if it is at hand.
+    /// What the ending of a path says, a folder where there is none; and what is kept beside it.
     ///
     /// # Errors
     /// When the path names none of them; when there is no viewer to record, the file or the folder cannot be made, or
@@ -53,17 +81,22 @@ impl Destination {
         path: &Path,
         existing: Existing,
         fields: &FieldsArgs,
-        scene: Option<&Input>,
+        beside: Beside<'_>,
     ) -> Result<Self> {
         paths::check_save(path)?;
+        let table = match beside.table {
+            Some(table) => Some(beside_of(table, path, existing)?),
+            None => None,
+        };
         let form = if paths::is_recording(path) {
-            Form::Recording(Recording::prepare(path, existing, fields).await?)
-        } else if paths::is_html(path) {
-            let text = scene.and_then(Input::text);
-            Form::Sink(Sink::Html(Box::new(Html::create(path, existing, fields, text)?)))
+            let recording = Recording::prepare(path, existing, fields).await?;
+            Form::Recording(Box::new(recording), table.map(Sink::Table))
         } else {
-            let digest = scene.and_then(Input::digest);
-            Form::Sink(Sink::Folder(Box::new(Folder::create(path, existing, fields, digest)?)))
+            let sink = Sink::create(path, existing, fields, beside.scene)?;
+            Form::Sink(match table {
+                Some(table) => Sink::Tabled(Box::new(sink), table),
+                None => sink,
+            })
         };
         Ok(Self { path: path.to_owned(), form })
     }
@@ -77,7 +110,7 @@ impl Destination {
     /// The folder, if a run can go on from its frames.
     pub(crate) fn resumable(&self) -> Option<&Path> {
         match &self.form {
-            Form::Sink(Sink::Folder(folder)) if folder.is_resumable() => Some(self.path.as_path()),
+            Form::Sink(sink) if sink.is_resumable() => Some(self.path.as_path()),
             _ => None,
         }
     }
@@ -87,19 +120,61 @@ impl Destination {
     /// # Errors
     /// When its end cannot be written.
     pub(crate) fn finish(self, end: Option<SessionEnd>, failure: Option<&v1::Failure>) -> Result<PathBuf> {
-        if let Form::Sink(sink) = self.form {
+        if let Form::Sink(sink) | Form::Recording(_, Some(sink)) = self.form {
             sink.finish(end, failure)?;
         }
         Ok(self.path)
     }
 }
 
+/// A table at a path, beside what is kept at another.
+fn beside_of(table: &Path, path: &Path, existing: Existing) -> Result<Box<Table>> {
+    paths::check_table(table)?;
+    if table == path {
+        return Err(CliError::usage(format!(
+            "--table and --save both name {}: two files have two names",
+            path.display()
+        )));
+    }
+    Ok(Box::new(Table::create(table, existing)?))
+}
+
 impl Sink {
+    /// What the ending of a path says, which is none of a recording; a folder where there is none.
+    fn create(path: &Path, existing: Existing, fields: &FieldsArgs, scene: Option<&Input>) -> Result<Self> {
+        Ok(if paths::is_html(path) {
+            let text = scene.and_then(Input::text);
+            Self::Html(Box::new(Html::create(path, existing, fields, text)?))
+        } else if paths::is_vtk(path) {
+            Self::Vtk(Box::new(Vtk::create(path, existing, fields)?))
+        } else if paths::is_usd(path) {
+            Self::Usd(Box::new(Usd::create(path, existing, fields)?))
+        } else if paths::is_table(path) {
+            Self::Table(Box::new(Table::create(path, existing)?))
+        } else {
+            let digest = scene.and_then(Input::digest);
+            Self::Folder(Box::new(Folder::create(path, existing, fields, digest)?))
+        })
+    }
+
+    /// Whether a run can go on from what is kept.
+    fn is_resumable(&self) -> bool {
+        match self {
+            Self::Folder(folder) => folder.is_resumable(),
+            Self::Tabled(sink, _) => sink.is_resumable(),
+            Self::Html(_) | Self::Vtk(_) | Self::Usd(_) | Self::Table(_) => false,
+        }
+    }
+
     /// These watch options with what is kept of a session's frames.
     pub(crate) fn watch(&mut self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
         match self {
             Self::Folder(folder) => folder.watch(options, session),
             Self::Html(html) => html.watch(options, session),
+            Self::Vtk(vtk) => vtk.watch(options, session),
+            Self::Usd(usd) => usd.watch(options, session),
+            Self::Table(_) => options,
+            Self::Tabled(sink, _) => sink.watch(options, session),
         }
     }
 
@@ -108,6 +183,13 @@ impl Sink {
         match self {
             Self::Folder(folder) => folder.topology(topology),
             Self::Html(html) => html.topology(topology),
+            Self::Vtk(vtk) => vtk.topology(topology),
+            Self::Usd(usd) => usd.topology(topology),
+            Self::Table(table) => table.topology(&topology),
+            Self::Tabled(sink, table) => {
+                table.topology(&topology);
+                sink.topology(topology);
+            }
         }
     }
 
@@ -119,6 +201,10 @@ impl Sink {
         match self {
             Self::Folder(folder) => folder.write(frame),
             Self::Html(html) => html.frame(frame),
+            Self::Vtk(vtk) => vtk.frame(frame),
+            Self::Usd(usd) => usd.frame(frame),
+            Self::Table(table) => table.frame(frame),
+            Self::Tabled(sink, table) => sink.frame(frame).and_then(|()| table.frame(frame)),
         }
     }
 
@@ -130,6 +216,14 @@ impl Sink {
         match self {
             Self::Folder(folder) => folder.finish(),
             Self::Html(html) => html.finish(end, failure),
+            Self::Vtk(vtk) => vtk.finish(),
+            Self::Usd(usd) => usd.finish(),
+            Self::Table(table) => table.finish(),
+            Self::Tabled(sink, table) => {
+                // Each gets its end, whatever becomes of the other.
+                let ends = [sink.finish(end, failure), table.finish()];
+                ends.into_iter().collect()
+            }
         }
     }
 }

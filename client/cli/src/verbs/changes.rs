@@ -81,6 +81,7 @@ fn sets(change: &v1::PendingChange) -> Vec<String> {
     for (what, count) in [
         ("air", request.air.len()),
         ("forces", request.forces.len()),
+        ("pulls", request.pulls.len()),
         ("states", request.states.len()),
         ("paths", request.paths.len()),
         ("colliders", request.colliders.len()),

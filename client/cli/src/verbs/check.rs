@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 use nappe_scene::{Built, Scene, SceneLimits};
 use nappe_sim::{
-    cloth::Crossed,
+    cloth::{Bending, Crossed, ElementList},
     math::four_digits,
     world::{BodySetup, SetupError, Simulation, WorldSetup},
 };
@@ -28,7 +28,8 @@ Examples:
 
 Of each collider that is a mesh it says the triangles, the holes that close_holes filled, the parts that no edge joins, and
 the volume of their union; it warns of parts that overlap, pass through themselves or are turned the wrong way. Of each body
-it says how often an edge crosses a triangle at the start, and the first such pair; with a thickness that is an error.")]
+it says how often an edge crosses a triangle at the start, and the first such pair; with a thickness that is an error. Of each
+body under the law plate it says what its mesh makes of the bending stiffness, which the law makes up for.")]
 pub(crate) struct CheckArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -45,7 +46,23 @@ struct Checked<'a> {
     colliders: Vec<Collider>,
     /// Bodies whose surfaces cross themselves at the start.
     crossings: Vec<Crossing>,
+    /// Bodies that bend as plates.
+    bending: Vec<PlateBending>,
     warnings: Vec<String>,
+}
+
+/// What the mesh of a body makes of the stiffness of a plate.
+#[derive(Debug, Serialize)]
+struct PlateBending {
+    body: String,
+    /// The stiffness that its elements alone would have, in that of the plate; 1 where nothing was measured.
+    factor: f64,
+    /// Poisson's ratio that the mesh brings.
+    poisson: f64,
+    /// Triangles by which both were measured.
+    measured_triangles: usize,
+    /// Curvatures of elements that nothing resists.
+    dropped: usize,
 }
 
 /// A body whose surface crosses itself.
@@ -107,6 +124,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
         springs: setup.bodies.iter().map(|body| body.network.springs.len()).sum(),
         colliders: colliders.collect(),
         crossings: crossings(&setup),
+        bending: bending(&setup),
         warnings,
     };
     meshes::note(&checked.warnings);
@@ -137,15 +155,48 @@ fn crossings(setup: &WorldSetup) -> Vec<Crossing> {
     setup.bodies.iter().filter_map(of_body).collect()
 }
 
-/// A sentence, one for each body that crosses itself, and a table of the meshes of colliders.
+fn bending(setup: &WorldSetup) -> Vec<PlateBending> {
+    let of_body = |body: &BodySetup| -> Vec<PlateBending> {
+        let found = body.network.elements.iter().filter_map(ElementList::bending);
+        let told = |Bending { factor, poisson, measured, dropped }| PlateBending {
+            body: body.name.clone(),
+            factor,
+            poisson,
+            measured_triangles: measured,
+            dropped,
+        };
+        found.map(told).collect()
+    };
+    setup.bodies.iter().flat_map(of_body).collect()
+}
+
+fn in_a_sentence(PlateBending { body, factor, poisson, measured_triangles, .. }: &PlateBending) -> String {
+    if *measured_triangles == 0 {
+        return format!(
+            "body '{body}': its mesh is too narrow to tell what it makes of the stiffness of plate, which is taken as it is"
+        );
+    }
+    // Never -0.
+    let poisson = (100.0 * *poisson).round() / 100.0 + 0.0;
+    format!(
+        "body '{body}': its mesh alone would bend with {} of the stiffness of plate, which is made up for, and it brings \
+         Poisson's ratio {poisson:.2}",
+        four_digits(*factor)
+    )
+}
+
+/// A sentence, one for each body that crosses itself or bends as a plate, and a table of the meshes of colliders.
 fn in_words(checked: &Checked<'_>) -> String {
     let count = |count: usize| output::count(count as u64);
-    let Checked { scene, particles, springs, colliders, crossings, .. } = checked;
+    let Checked { scene, particles, springs, colliders, crossings, bending, .. } = checked;
     let particles = output::several(*particles as u64, "particle");
     let springs = output::several(*springs as u64, "spring");
     let mut sentence = format!("{scene}: no errors; {particles}, {springs}");
     for crossing in crossings {
         let _ = write!(sentence, "\n{}", told(crossing));
+    }
+    for of_body in bending {
+        let _ = write!(sentence, "\n{}", in_a_sentence(of_body));
     }
     if colliders.is_empty() {
         return sentence;

@@ -1,19 +1,35 @@
-//! `nappe create`: makes a session on a server, paused at its start.
+//! `nappe create`: makes a session on a server, paused at its start, or where one was saved.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
+use nappe_client::{Client, Scene as Sent, v1};
 
 use crate::{
     args::{OverrideArgs, ServerArgs},
-    error::Result,
+    error::{CliError, Result},
+    meshes,
     output::OutputArgs,
     remote, scene, session as words,
 };
 
 /// Make a session on a server
 #[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe create flag --id first               paused before its first step
+  nappe create --from first.session          paused where `nappe save` found it, with the same bits
+  nappe create --from first.session --steps 500   to the 500th step since the start of its scene")]
 pub(crate) struct CreateArgs {
     /// A scene that the server ships, or a scene file (.toml); meshes beside the file are uploaded
-    scene: String,
+    #[arg(required_unless_present = "from")]
+    scene: Option<String>,
+    /// Go on from a session that `nappe save` kept, instead of a scene; what options leave open is as it was there
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    from: Option<PathBuf>,
     /// Id for the session: 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first [default: the server chooses]
     #[arg(long, value_name = "ID")]
     id: Option<String>,
@@ -28,13 +44,36 @@ pub(crate) struct CreateArgs {
 /// Runs `nappe create`.
 ///
 /// # Errors
-/// When the scene cannot be read or is refused, or there is no server.
+/// When the scene or the file cannot be read or is refused, or there is no server.
 pub(crate) fn run(args: &CreateArgs) -> Result<()> {
-    let scene = scene::Input::read(&args.scene, scene::Names::Servers)?;
+    let id = args.id.clone().unwrap_or_default();
+    if let Some(path) = &args.from {
+        let file = read(path)?;
+        return remote::block_on(async {
+            let client = remote::connect(&args.server).await?;
+            let session = go_on(&client, file, id, &args.overrides).await?;
+            words::print(&session, args.output.format())
+        });
+    }
+    let Some(scene) = &args.scene else {
+        return Err(CliError::usage("a scene is needed, or --from FILE"));
+    };
+    let scene = scene::Input::read(scene, scene::Names::Servers)?;
     remote::block_on(async {
         let client = remote::connect(&args.server).await?;
-        let id = args.id.clone().unwrap_or_default();
         let session = scene.create(&client, id, &args.overrides, None).await?;
         words::print(&session, args.output.format())
     })
+}
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).map_err(|error| CliError::file("read", path, &error))
+}
+
+/// Makes a session that goes on from a file; tells what is odd about it.
+async fn go_on(client: &Client, file: Vec<u8>, id: String, overrides: &OverrideArgs) -> Result<v1::Session> {
+    let sent = Sent::Checkpoint(client.upload_saved(file).await?);
+    let created = client.create_session(overrides.session(id, sent)).await?;
+    meshes::note(&created.warnings);
+    Ok(created.session)
 }

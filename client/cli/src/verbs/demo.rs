@@ -41,7 +41,7 @@ pub(crate) struct DemoArgs {
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let scene = Input::read(SCENE, Names::Ours)?;
     let mut compute = args.compute.clone();
-    let kept = compute.save.clone().or_else(|| compute.resume.clone());
+    let kept = [&compute.save, &compute.resume, &compute.table].into_iter().flatten().next().cloned();
     let saved = kept.unwrap_or_else(|| {
         // The name is the demo's own: what is there is the page of an earlier one.
         (compute.force, compute.save) = (ForceArgs::GIVEN, Some(PathBuf::from(PAGE)));
@@ -68,6 +68,14 @@ fn what_next(saved: &Path) -> String {
         format!(
             "\nTo look at it: rerun {place}\n(the viewer: `cargo install rerun-cli --locked --version 0.36.3` or `pip install rerun-sdk==0.36.3`)"
         )
+    } else if paths::is_vtk(saved) {
+        format!("\nTo look at it: paraview {place}")
+    } else if paths::is_usd(saved) {
+        format!(
+            "\nTo look at it: open {place} in Blender by File > Import > Universal Scene Description, or in usdview"
+        )
+    } else if paths::is_table(saved) {
+        format!("\n{place} holds one row per frame.")
     } else {
         format!("\n{place} holds one PLY mesh per frame.")
     }

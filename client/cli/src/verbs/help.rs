@@ -16,7 +16,7 @@ pub(super) const GROUPS: [(&str, &[&str]); 4] = [
         "A server and its sessions",
         &[
             "serve", "connect", "create", "list", "play", "pause", "step", "update", "reset", "changes",
-            "fork", "watch", "view", "stop", "delete",
+            "fork", "save", "watch", "view", "stop", "delete",
         ],
     ),
     ("Study methods and parameters", &["chart", "plan", "stability", "sweep"]),

@@ -1,4 +1,4 @@
-//! `nappe mesh`: makes grids, converts between formats, describes a mesh, uploads a file.
+//! `nappe mesh`: makes grids, converts between formats, gives a mesh springs, describes a mesh, uploads a file.
 
 use std::path::{Path, PathBuf};
 
@@ -26,6 +26,7 @@ Examples:
   nappe mesh grid 40x60 --spacing 0.02 --out sheet.obj        a flat sheet
   nappe mesh convert cow.off cow.ply                          by extension
   nappe mesh convert data/vache vache.obj                     a folder of .eti files
+  nappe mesh springs cow.obj springs.csv --out cow.ply        the mesh with springs of its own
   nappe mesh info data/pull                                   counts, size, parts, borders, volume, what is odd
   nappe mesh info *.obj --json                                one JSON object per line
   nappe mesh info ear.stl cow.ply.gz                          STL joins corners; gzip is unpacked
@@ -44,6 +45,9 @@ enum Action {
     Grid(GridArgs),
     /// Convert a mesh from one format to another
     Convert(ConvertArgs),
+    /// Give a mesh springs of its own, from a table with the columns particle_a, particle_b and stiffness, and perhaps damping,
+    /// rest_length and kind; a scene takes them by springs = { pattern = "file" }
+    Springs(SpringsArgs),
     /// Describe meshes: counts, size, parts, open edges, volume, what is odd or missing; one that cannot be read does
     /// not keep the others from it
     Info(InfoArgs),
@@ -86,6 +90,25 @@ struct ConvertArgs {
 }
 
 #[derive(Args, Debug)]
+struct SpringsArgs {
+    /// Mesh to read; springs that it has are replaced
+    #[arg(value_name = "MESH")]
+    input: PathBuf,
+    /// Table of springs to read
+    #[arg(value_name = "SPRINGS.csv")]
+    springs: PathBuf,
+    /// Mesh file to write, a .ply
+    #[arg(long, value_name = "FILE.ply")]
+    out: PathBuf,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    masses: MissingMass,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Args, Debug)]
 struct InfoArgs {
     /// Meshes to read
     #[arg(value_name = "MESH", required = true)]
@@ -118,9 +141,20 @@ pub(crate) fn run(args: &MeshArgs) -> Result<()> {
             let loaded = meshes::load(&args.input, args.masses)?;
             write(&loaded.mesh, &args.out, args.force, args.output.format())
         }
+        Action::Springs(args) => springs(args),
         Action::Info(args) => info(args),
         Action::Upload(args) => upload(args),
     }
+}
+
+fn springs(args: &SpringsArgs) -> Result<()> {
+    if !args.out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply")) {
+        let out = args.out.display();
+        return Err(CliError::usage(format!("--out is {out}: only a .ply holds springs")));
+    }
+    let mut mesh = meshes::load(&args.input, args.masses)?.mesh;
+    mesh.springs = files::load_springs(&args.springs, mesh.points.len(), &args.masses.options())?;
+    write(&mesh, &args.out, args.force, args.output.format())
 }
 
 fn upload(args: &UploadArgs) -> Result<()> {
@@ -168,22 +202,23 @@ fn write(mesh: &TriangleMesh, path: &Path, force: ForceArgs, format: Format) -> 
     }
 }
 
-/// What the format cannot hold. A folder of .eti files holds everything, whatever its name.
+/// What the format cannot hold. A folder of .eti files, whatever its name, holds everything but springs.
 fn lost(mesh: &TriangleMesh, path: &Path) -> Option<String> {
-    if path.is_dir() {
-        return None;
-    }
-    let extension = path.extension()?.to_str()?.to_lowercase();
-    let masses = !mesh.masses.is_empty() && matches!(extension.as_str(), "obj" | "off");
-    let textures = !mesh.uv.is_empty() && extension == "off";
-
-    let what = match (masses, textures) {
-        (true, true) => "masses and texture coordinates",
-        (true, false) => "masses",
-        (false, true) => "texture coordinates",
-        (false, false) => return None,
+    let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
+    let extension = extension.filter(|_| !path.is_dir());
+    let format = extension.as_deref().unwrap_or("eti");
+    let parts = [
+        ("masses", !mesh.masses.is_empty() && matches!(format, "obj" | "off")),
+        ("texture coordinates", !mesh.uv.is_empty() && format == "off"),
+        ("springs", !mesh.springs.is_empty() && format != "ply"),
+    ];
+    let lost: Vec<&str> = parts.into_iter().filter(|(_, is_lost)| *is_lost).map(|(what, _)| what).collect();
+    let what = match lost[..] {
+        [] => return None,
+        [only] => only.to_owned(),
+        [ref first @ .., last] => format!("{} and {last}", first.join(", ")),
     };
-    Some(format!("the format .{extension} holds no {what}: they are left out"))
+    Some(format!("the format .{format} holds no {what}: they are left out"))
 }
 
 /// Describes meshes, also those after one that cannot be described.

@@ -21,6 +21,7 @@ mod update;
 mod reset;
 mod changes;
 mod fork;
+mod save;
 mod watch;
 mod view;
 mod stop;
@@ -73,6 +74,7 @@ enum Verb {
     Reset(reset::ResetArgs),
     Changes(changes::ChangesArgs),
     Fork(fork::ForkArgs),
+    Save(save::SaveArgs),
     Watch(watch::WatchArgs),
     View(view::ViewArgs),
     Stop(stop::StopArgs),
@@ -131,6 +133,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Reset(args)) => reset::run(args),
         Some(Verb::Changes(args)) => changes::run(args),
         Some(Verb::Fork(args)) => fork::run(args),
+        Some(Verb::Save(args)) => save::run(args),
         Some(Verb::Watch(args)) => watch::run(args),
         Some(Verb::View(args)) => view::run(args),
         Some(Verb::Stop(args)) => stop::run(args),

@@ -18,6 +18,9 @@ Examples:
   nappe run flag                                 a shipped scene; `nappe scenes` lists them
   nappe run flag --save flag.html                with every frame in a page that any browser opens
   nappe run flag --save flag.rrd                 with a Rerun recording of every frame
+  nappe run flag --save flag.pvd --fields velocity   for ParaView: an index, and the folder flag with a file per frame
+  nappe run flag --save flag.usda                for Blender, Houdini and Omniverse
+  nappe run flag --save flag.html --table flag.csv   with a row per frame in a table, too
   nappe run my.toml --save frames --steps 200    a scene file, PLY files in the folder frames
   nappe run flag --set 'wind=[4,0,0]' --set dt=0.01   with other values of its keys
   nappe run my.toml --save frames --fields velocity   PLY files from which a run can go on
@@ -35,10 +38,11 @@ state_hash (16 hexadecimal digits). Over the run: max_stretch (the largest) and 
 was), notices_over_run (counts of what makes the results doubtful). At the end, of the last state or step:
 energy_at_end (J), external_work_at_end (J, of air and given forces), cloth_at_end (null, or substeps, rejected,
 dt_seconds, bound, bound_particle, bound_seconds, error_rms, error_largest, preconditioner, solve_error_m and solves),
-surface_at_end (null, or pairs, active, rounds, least_gap_m, failed and crossings), snow_at_end (null, or
-substeps, dt_seconds, bound, plastic_count and the other diagnostics of the snow), loads_at_end (name, force
-in N, torque in N m and contacts of each collider), poses_at_end (name, position in m and turn of each collider,
-the turn a quaternion x, y, z, w). Then diverged (null, or step, particle, cause), and interrupted, particles,
+surface_at_end (null, or pairs, active, rounds, least_gap_m, failed and crossings), rest_at_end (null, or
+calm_share, pieces, calm_pieces, way_m and change_m), snow_at_end (null, or substeps, dt_seconds, bound,
+plastic_count and the other diagnostics of the snow), loads_at_end (name, force in N, torque in N m and contacts
+of each collider), poses_at_end (name, position in m and turn of each collider, the turn a quaternion x, y, z,
+w). Then diverged (null, or step, particle, cause), and interrupted, particles,
 springs, threads, precision, dt, frames, saved. Where a run began at a saved frame, steps and time count from
 the start of the scene, and seconds, max_stretch, notices_over_run and frames from that frame. --resume of a
 run that has ended prints ended, steps and saved.")]

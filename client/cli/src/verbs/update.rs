@@ -1,7 +1,7 @@
-//! `nappe update`: changes gravity, wind, air, springs, pins, forces or colliders of a session, all at the same step.
+//! `nappe update`: changes gravity, wind, air, springs, pins, forces, pulls or colliders of a session, all at the same step.
 
 use clap::Args;
-use nappe_client::{Client, Frame, Topology, v1};
+use nappe_client::v1;
 use nappe_server::numbers::{Least, NEWTON_SECONDS_PER_METRE, SECONDS, real, whole};
 use serde_json::json;
 
@@ -11,14 +11,15 @@ use crate::{
     components::{number, vector},
     error::{CliError, Result},
     output::{self, Format},
-    particles::{self, Particle},
+    particles::{self, Named, Particle},
+    pull_args::PullArgs,
     remote,
 };
 
 /// How fast a pin goes that no time is given for (m/s).
 const PIN_SPEED: f64 = 1.0;
 
-/// Change gravity, wind, air, springs, pins, forces or colliders
+/// Change gravity, wind, air, springs, pins, forces, pulls or colliders
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -29,6 +30,7 @@ Examples:
   nappe update first --pin top_left=0,1,0         names of grids and chains; of several bodies flag:top_left
   nappe update first --force sheet:12=0,0.5,0     a force on a particle, until the next one
   nappe update first --force sheet:all=0,0,0      none on any
+  nappe update first --pull sheet:12=0,1,0 --frequency 20 --most 30 --for 0.5   a particle is drawn to a point
   nappe update first --collider lid --to 0,1,0 --in 2           a collider goes there within 2 s
   nappe update first --collider lid --turn 0,0.6,0,0.8 --in 2   it turns: x, y, z, w of length 1")]
 pub(crate) struct UpdateArgs {
@@ -68,6 +70,8 @@ pub(crate) struct UpdateArgs {
     /// Density (kg/m^3) or a coefficient of the air: density, normal, lift or tangential
     #[arg(long, value_name = "NAME=VALUE", value_parser = air_value)]
     air: Vec<(String, f64)>,
+    #[command(flatten)]
+    pull: PullArgs,
     #[command(flatten)]
     collider: ColliderArgs,
 }
@@ -148,34 +152,6 @@ impl Force {
     }
 }
 
-/// What a session is made of, asked for once a name needs it.
-struct Named<'a> {
-    client: &'a Client,
-    id: &'a str,
-    found: Option<(Topology, Frame)>,
-}
-
-impl Named<'_> {
-    async fn seen(&mut self) -> Result<&(Topology, Frame)> {
-        if self.found.is_none() {
-            self.found = Some(Box::pin(particles::seen(self.client, self.id)).await?);
-        }
-        Ok(self.found.as_ref().expect("it was found"))
-    }
-
-    async fn topology(&mut self) -> Result<&Topology> {
-        Ok(&self.seen().await?.0)
-    }
-
-    /// How far a particle is from a point (m), as the newest frame has it; 0 for one that there is not, which the server refuses.
-    async fn distance(&mut self, particle: u32, point: v1::Vector3) -> Result<f64> {
-        let (_, frame) = self.seen().await?;
-        let there = [point.x, point.y, point.z];
-        let far = |here: [f64; 3]| here.iter().zip(there).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
-        Ok(frame.positions.get(particle as usize).map_or(0.0, far))
-    }
-}
-
 /// Runs `nappe update`.
 ///
 /// # Errors
@@ -185,13 +161,14 @@ pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
         let client = remote::connect(server).await?;
-        let mut session = Named { client: &client, id, found: None };
+        let mut session = Named::new(&client, id);
         for pin in &args.pin {
             request.pins.push(pin.update(&mut session).await?);
         }
         for force in &args.force {
             request.forces.push(force.update(&mut session).await?);
         }
+        request.pulls = args.pull.updates(&mut session).await?;
         let pins = request.pins.clone();
         let accepted = Box::pin(remote::answer(id, client.update(request))).await?;
         let v1::UpdateParametersResponse { effective_step, order } = accepted;
@@ -215,7 +192,7 @@ pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
     })
 }
 
-/// What is asked for, but for pins and forces.
+/// What is asked for, but for pins, forces and pulls.
 fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
     let springs: Vec<_> = args
         .stiffness
@@ -236,11 +213,12 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         && springs.is_empty()
         && args.air.is_empty()
         && args.force.is_empty()
+        && args.pull.is_empty()
         && args.pin.is_empty()
         && collider.is_none();
     if nothing {
         return Err(CliError::usage("nothing to change").hint(
-            "give one or more of --gravity, --wind, --drag, --air, --stiffness, --damping, --pin, --force, --collider",
+            "give one or more of --gravity, --wind, --drag, --air, --stiffness, --damping, --pin, --force, --pull, --collider",
         ));
     }
 

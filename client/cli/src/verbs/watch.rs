@@ -14,7 +14,7 @@ use crate::{
     fields::FieldsArgs,
     output::{self, Format},
     remote,
-    save::{Destination, Form, Recording, Sink},
+    save::{Beside, Destination, Form, Recording, Sink},
     session,
     viewer::Place,
     write::ForceArgs,
@@ -39,8 +39,9 @@ pub(crate) struct WatchArgs {
     /// End after N diagnostics, or N frames saved
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
     count: Option<u64>,
-    /// Keep every frame: a page FILE.html, a Rerun recording FILE.rrd, or a folder of PLY files
-    #[arg(long, value_name = "FILE.html|FILE.rrd|FOLDER")]
+    /// Keep every frame: a page FILE.html, a Rerun recording FILE.rrd, files for ParaView FILE.pvd, a scene of USD FILE.usda, a table
+    /// FILE.csv, or a folder of PLY files
+    #[arg(long, value_name = "FILE.html|FILE.rrd|FILE.pvd|FILE.usda|FILE.csv|FOLDER")]
     save: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,
@@ -61,11 +62,12 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
         let Some(path) = &args.save else {
             return follow(&remote::connect(&args.session.server).await?, args).await;
         };
-        let destination = Destination::open(path, args.force.existing(), &args.fields, None).await?;
+        let destination =
+            Destination::open(path, args.force.existing(), &args.fields, Beside::default()).await?;
         let client = remote::connect(&args.session.server).await?;
         let count = match destination.form {
             Form::Sink(sink) => save(&client, args, sink).await?,
-            Form::Recording(recording) => record(&client, args, &recording).await?,
+            Form::Recording(recording, _) => record(&client, args, &recording).await?,
         };
         match args.session.output.format() {
             Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),

@@ -48,6 +48,29 @@ fn a_scene_is_checked_with_the_meshes_of_its_colliders() {
 }
 
 #[test]
+fn a_body_that_bends_as_a_plate_is_told_with_what_its_mesh_makes_of_that() {
+    let folder = folder();
+    let law = "[[body.law]]\nname = \"plate\"\nstiffness = 1e-4\n";
+    let scene = write_scene(folder.path(), &format!("{SMALL_SCENE}\n{law}"));
+    let done = nappe(&["check", &scene, "--json"]).ok();
+    let checked = done.json();
+    let told = &checked["bending"][0];
+    assert_eq!((&told["body"], &told["dropped"]), (&json!("sheet"), &json!(0)), "{checked}");
+    // The diagonals of a grid run one way.
+    let factor = told["factor"].as_f64().expect("a number");
+    let poisson = told["poisson"].as_f64().expect("a number");
+    assert!((factor - 1.0).abs() < 1e-9 && poisson.abs() < 1e-9, "{checked}");
+    assert!(told["measured_triangles"].as_u64().is_some_and(|count| count > 60), "{checked}");
+
+    let text = nappe(&["check", &scene]).ok().stdout;
+    for part in ["bend with 1 of the stiffness of plate", "Poisson's ratio 0.00"] {
+        assert!(text.contains(part), "'{part}' is missing in {text}");
+    }
+    let without = nappe(&["check", &write_scene(folder.path(), SMALL_SCENE), "--json"]).ok();
+    assert_eq!(without.json()["bending"], json!([]));
+}
+
+#[test]
 fn errors_of_a_scene_are_all_told_and_nothing_else() {
     let folder = folder();
     let scene = scene(folder.path(), "");

@@ -74,8 +74,10 @@ fn bash_completes_verbs_options_and_scenes() {
 fn bash_completes_the_sessions_of_the_server() {
     let folder = script("bash");
     let server = with_sessions();
-    let verbs =
-        ["play", "pause", "step", "update", "reset", "changes", "fork", "watch", "view", "stop", "delete"];
+    let verbs = [
+        "play", "pause", "step", "update", "reset", "changes", "fork", "save", "watch", "view", "stop",
+        "delete",
+    ];
     for verb in verbs {
         assert_eq!(in_bash(&folder, &server.url, &["nappe", verb, ""]), ["first", "second"], "{verb}");
         assert_eq!(in_bash(&folder, &server.url, &["nappe", verb, "se"]), ["second"], "{verb}");
@@ -106,7 +108,7 @@ fn scripts_of_other_shells_have_the_verbs_and_zsh_a_function_for_each_argument_w
     }
     let zsh = nappe(&["completions", "zsh"]).ok().stdout;
     assert!(zsh.starts_with("#compdef nappe\n"), "{zsh}");
-    for (function, count) in [("_nappe_scenes", 9), ("_nappe_sessions", 11)] {
+    for (function, count) in [("_nappe_scenes", 9), ("_nappe_sessions", 12)] {
         assert_eq!(zsh.matches(&format!(":{function}' \\\n")).count(), count, "{function}");
         assert_eq!(zsh.matches(&format!("\n{function}() {{\n")).count(), 1, "{function}");
     }

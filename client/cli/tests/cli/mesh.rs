@@ -111,6 +111,62 @@ fn a_solid_of_facets_is_described_converted_and_simulated() {
 }
 
 #[test]
+fn springs_of_a_ply_go_to_the_server_and_are_told_where_a_format_has_none() {
+    let folder = folder();
+    let square = |stiffness: f64| {
+        let properties = "property int vertex1\nproperty int vertex2\nproperty double stiffness\nproperty double damping\n";
+        let edges =
+            ["0 1", "0 2", "0 3", "1 2", "2 3"].map(|ends| format!("{ends} {stiffness} 0.1\n")).concat();
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n\
+             element face 2\nproperty list uchar int vertex_indices\nelement edge 5\n{properties}end_header\n\
+             0 0 0\n1 0 0\n1 0 1\n0 0 1\n3 0 1 2\n3 0 2 3\n{edges}"
+        )
+    };
+    let hash = |springs: &str, stiffness: f64| {
+        fs::write(folder.path().join("a.ply"), square(stiffness)).expect("written");
+        let scene = format!(
+            "version = 1\ndt = 0.01\n[[body]]\nname = \"a\"\nmesh = {{ file = \"a.ply\" }}\n\
+             mass = {{ particle = 0.1 }}\npins = [0]\nsprings = {{ {springs} }}\n"
+        );
+        fs::write(folder.path().join("scene.toml"), scene).expect("written");
+        let ran = nappe_in(folder.path(), &["run", "scene.toml", "--steps", "20", "--json"]).ok().json();
+        ran["state_hash"].clone()
+    };
+    let (own, law) = ("pattern = \"file\"", "stretch = { stiffness = 10, damping = 0.1 }");
+    assert_eq!(hash(own, 10.0), hash(law, 1.0), "the same springs, by the mesh and by a law");
+    assert_ne!(hash(own, 10.0), hash(own, 20.0));
+
+    // The same from a table.
+    let rows = ["0,1", "0,2", "0,3", "1,2", "2,3"].map(|ends| format!("{ends},10,0.1\n")).concat();
+    let table = format!("particle_a,particle_b,stiffness,damping\n{rows}");
+    fs::write(folder.path().join("springs.csv"), &table).expect("written");
+    let sprung = ["mesh", "springs", "a.ply", "springs.csv", "--out", "b.ply"];
+    nappe_in(folder.path(), &sprung).ok();
+    let written = fs::read_to_string(folder.path().join("scene.toml")).expect("it was just written");
+    fs::write(folder.path().join("b.toml"), written.replace("a.ply", "b.ply")).expect("written");
+    let ran = nappe_in(folder.path(), &["run", "b.toml", "--steps", "20", "--json"]).ok().json();
+    assert_eq!(ran["state_hash"], hash(own, 10.0), "{ran}");
+
+    fs::write(folder.path().join("springs.csv"), table.replace("2,3,10", "2,4,10")).expect("written");
+    let refused = nappe_in(folder.path(), &[&sprung[..], &["--force"]].concat());
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(
+        refused.stderr.contains("springs.csv:6:3: names point '4'; allowed: 0 to 3"),
+        "{}",
+        refused.stderr
+    );
+    let refused = nappe_in(folder.path(), &["mesh", "springs", "a.ply", "springs.csv", "--out", "b.obj"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+
+    let told = nappe_in(folder.path(), &["mesh", "convert", "a.ply", "a.obj"]);
+    assert_eq!(told.code, Some(0), "{told:?}");
+    assert!(told.stderr.contains("the format .obj holds no springs: they are left out"), "{}", told.stderr);
+    let kept = nappe_in(folder.path(), &["mesh", "convert", "a.ply", "c.ply"]);
+    assert!(kept.code == Some(0) && kept.stderr.is_empty(), "{kept:?}");
+}
+
+#[test]
 fn a_file_that_gzip_has_packed_is_read_and_not_sent() {
     // Three points and a triangle, as gzip writes them.
     const PACKED: [u8; 40] = [

@@ -1,6 +1,6 @@
 //! A server in a process of its own and every verb that talks to it.
 
-use std::process::Stdio;
+use std::{fs, process::Stdio};
 
 use serde_json::Value;
 
@@ -55,6 +55,37 @@ fn no_steps_mean_that_a_session_never_ends_for_create_as_for_fork() {
     assert_eq!(copy["step_limit"], 60, "{copy}");
     let copy = server.nappe(&["fork", "copy", "--id", "again", "--steps", "0"]).ok().json();
     assert_eq!(copy["step_limit"], 0, "{copy}");
+}
+
+#[test]
+fn a_session_that_was_saved_goes_on_from_its_file() {
+    let server = Server::start();
+    let here = folder();
+    create(&server, "first", 0);
+    server.nappe(&["step", "first", "10"]).ok();
+    let file = here.path().join("first.session");
+    let path = file.to_str().expect("a path");
+    let saved = server.nappe(&["save", "first", path]).ok().json();
+    let bytes = fs::metadata(&file).expect("it is there").len();
+    assert_eq!((&saved["session_id"], &saved["bytes"]), (&"first".into(), &bytes.into()), "{saved}");
+    let kept = server.nappe(&["save", "first", path]);
+    assert!(kept.code == Some(1) && kept.stderr.contains("--force"), "{kept:?}");
+
+    let again = server.nappe(&["create", "--from", path, "--id", "again"]).ok().json();
+    assert_eq!((&again["session_id"], &again["step"]), (&"again".into(), &10.into()), "{again}");
+    let hashes = ["first", "again"]
+        .map(|id| server.nappe(&["step", id, "30"]).ok().json()["state_hash"].as_str().map(str::to_owned));
+    assert!(hashes[0].is_some() && hashes[0] == hashes[1], "{hashes:?}");
+
+    let mut altered = fs::read(&file).expect("it is there");
+    let last = altered.len() - 1;
+    altered[last] ^= 1;
+    fs::write(&file, altered).expect("it is written");
+    let refused = server.nappe(&["create", "--from", path]);
+    assert!(refused.code == Some(5) && refused.stderr.contains("section 'colors'"), "{refused:?}");
+    let both = server.nappe(&["create", "demo", "--from", path]);
+    assert_eq!(both.code, Some(2), "{both:?}");
+    assert_eq!(server.nappe(&["create"]).code, Some(2));
 }
 
 /// Asks until the session is in this state.

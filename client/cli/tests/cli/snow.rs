@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::support::{Server, folder, nappe, nappe_in, write_scene};
 
 /// A block of 216 particles that falls on a floor.
-const SNOW_SCENE: &str = r#"
+pub(crate) const SNOW_SCENE: &str = r#"
 version = 1
 title = "a little snow"
 dt = 0.01

@@ -24,7 +24,9 @@ class Pending:
     `paths` (by the index of the particle), `forces` (by the name of the body: a list of pairs of indices within the
     body, None for all its particles, and forces, (3,) or one for each) and `states` (by the name of the body: positions
     and velocities, None where it is at rest, or the id of an uploaded mesh). `colliders` (by their names: position,
-    turn, and duration in s) and `collider_paths` (times, positions (n, 3), turns (n, 4)) have None for what stays."""
+    turn, and duration in s) and `collider_paths` (times, positions (n, 3), turns (n, 4)) have None for what stays.
+    `pulls` (by the name of the body): a list of tuples of indices within the body, None for all, points (n, 3), None
+    where pulls end, frequency (1/s), most (m/s^2) and seconds."""
 
 
 def read_pending(message: Message) -> Pending:
@@ -51,6 +53,11 @@ def read_pending(message: Message) -> Pending:
         for update in asked.forces:
             forces.setdefault(update.body, []).append(_forces(update))
         changes["forces"] = forces
+    if asked.pulls:
+        pulls: dict[str, list[Any]] = {}
+        for update in asked.pulls:
+            pulls.setdefault(update.body, []).append(_pull(update))
+        changes["pulls"] = pulls
     if asked.colliders:
         changes["colliders"] = {move.name: _move(move) for move in asked.colliders}
     if asked.collider_paths:
@@ -82,6 +89,13 @@ def _forces(update: Message) -> tuple[Any, Any]:
     """Indices within the body, or None for all, and a force for each of them, or one for all."""
     indices = np.frombuffer(update.particles_u32, "<u4") if update.particles_u32 else None
     return indices, _rows(update.forces_f64) if update.forces_f64 else np.array(_vector(update.force))
+
+
+def _pull(update: Message) -> tuple[Any, Any, float, float, float]:
+    """Indices within the body, or None for all, a point for each of them, or None, and how they draw."""
+    indices = np.frombuffer(update.particles_u32, "<u4") if update.particles_u32 else None
+    points = _rows(update.points_f64) if update.points_f64 else None
+    return indices, points, update.frequency, update.most, update.seconds
 
 
 def _state(update: Message) -> Any:

@@ -35,13 +35,7 @@ def write_folder(trajectory: StackedFrames, path: Path) -> None:
     """Writes frame-000000.ply and so on, by the numbers of the frames, into a folder that holds no frames yet."""
     kept: dict[tuple[str, ...], Array] = {("x", "y", "z"): trajectory.positions}
     kept |= {words: trajectory.arrays[name] for name, words in _PROPERTIES.items() if name in trajectory.arrays}
-    path.mkdir(parents=True, exist_ok=True)
-    for entry in sorted(path.iterdir()):
-        if entry.name.startswith(("frame-", "grid-")) or entry.name == _COLLIDERS:
-            raise Error(
-                f"the folder {path} holds frames already ({entry.name}): two runs would be mixed up",
-                remedy="Remove them, or give another folder.",
-            )
+    check_room(path)
     faces = _faces(trajectory.topology.triangles)
     for index, number in enumerate(trajectory.number):
         columns = {
@@ -57,6 +51,17 @@ def write_folder(trajectory: StackedFrames, path: Path) -> None:
         header = _header(step, time, types, len(particles), len(faces))
         (path / f"frame-{int(number):06}.ply").write_bytes(header + particles.tobytes() + faces.tobytes())
     _write_surfaces(trajectory.topology.colliders, path / _COLLIDERS)
+
+
+def check_room(path: Path) -> None:
+    """Makes a folder for frames, or takes one that holds none yet, of whatever kind."""
+    path.mkdir(parents=True, exist_ok=True)
+    for entry in sorted(path.iterdir()):
+        if entry.name.startswith(("frame-", "grid-", "colliders-")) or entry.name == _COLLIDERS:
+            raise Error(
+                f"the folder {path} holds frames already ({entry.name}): two runs would be mixed up",
+                remedy="Remove them, or give another folder.",
+            )
 
 
 def _write_surfaces(colliders: Iterable[Collider], path: Path) -> None:

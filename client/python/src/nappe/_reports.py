@@ -137,6 +137,25 @@ class SurfaceReport:
 
 
 @dataclass(frozen=True)
+class RestReport:
+    """How still cloth lies, watched over windows of eight steps of the scene. No step depends on it. A piece is what
+    springs and elements hold together; a particle without them is one by itself."""
+
+    calm_share: float
+    """Share of the particles that are in calm pieces, from 0 to 1."""
+    pieces: int
+    """Pieces of cloth."""
+    calm_pieces: int
+    """Those of them that are calm."""
+    way_m: float
+    """The farthest that a particle was from where it began the last whole window (m). 0 before the first window has
+    ended."""
+    change_m: float
+    """Half of the largest change of a particle's way within the last whole window from that within the one before (m).
+    0 before the first window has ended."""
+
+
+@dataclass(frozen=True)
 class ColliderLoad:
     """What a collider felt in a step: minus the impulses that contact gave to cloth and snow, over the length of the
     step."""
@@ -195,3 +214,5 @@ class Diagnostics:
     surface: SurfaceReport | None
     """What kept the surfaces of cloth apart. None where no body has a thickness and crossings are not counted, and
     before the first step."""
+    rest: RestReport | None
+    """How still cloth lies. None where the scene has no `[rest]`, and before the first step."""

@@ -21,6 +21,7 @@ from nappe._contract import MESSAGES, METHODS, Message, number
 from nappe._errors import refused
 from nappe._frames import Frame, field_number, read_frame
 from nappe._moving import Poses, fill_colliders
+from nappe._pulls import Pulls, fill_pulls
 from nappe._reading import read, server_info
 from nappe._values import Accepted, ServerInfo
 
@@ -68,6 +69,12 @@ class Changes(TypedDict, total=False):
     `colliders`: for the name of a collider, the position (m) that it goes to from where it is, or a tuple of a position
     and a turn since time 0, a quaternion x, y, z, w of length 1. It is there within `duration`. None in place of either
     leaves it as it is.
+
+    `pulls`: for the name of a cloth, a dict of points (m) by the index of the particle within the body, or an array
+    (n, 3) with one for each of its particles. The server draws each particle at x with velocity v to its point p by the
+    acceleration w^2 (p - x) - 2 w v, w being `frequency` (1/s, at most 0.5 / dt), of at most `most` (m/s^2), for
+    `seconds` of simulated time, 10 at most. None in place of a point ends its pull, in place of all points those of the
+    body.
     """
 
     gravity: ArrayLike
@@ -82,6 +89,10 @@ class Changes(TypedDict, total=False):
     forces: Forces
     states: States
     colliders: Poses
+    pulls: Pulls
+    frequency: float
+    most: float
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -306,6 +317,7 @@ def fill(message: Message, changes: Changes, particles: int) -> None:
         message.pins.add(particle=at, target=MESSAGES["Vector3"](x=x, y=y, z=z), duration_seconds=duration)
     fill_colliders(message, changes.get("colliders", {}), duration)
     fill_forces(message, changes.get("forces", {}), particles)
+    fill_pulls(message, changes.get("pulls", {}), changes, particles)
     fill_states(message, changes.get("states", {}), particles)
 
 

@@ -20,6 +20,7 @@ from nappe._frames import Frame
 from nappe._moving import Poses
 from nappe._pending import Pending, read_pending
 from nappe._properties import SessionProperties
+from nappe._pulls import Pulls
 from nappe._requests import Call, Changes
 from nappe._resume import ChangeReader, DiagnosticsReader, FrameReader
 from nappe._sync_stream import PATIENCE, DiagnosticsStream, Frames, Stream
@@ -147,6 +148,10 @@ class Session(SessionProperties):
         forces: Forces | None = None,
         states: States | None = None,
         colliders: Poses | None = None,
+        pulls: Pulls | None = None,
+        frequency: float | None = None,
+        most: float | None = None,
+        seconds: float | None = None,
         at_step: int = 0,
         wait: bool = False,
         **unknown: NoReturn,
@@ -169,6 +174,10 @@ class Session(SessionProperties):
             forces=forces,
             states=states,
             colliders=colliders,
+            pulls=pulls,
+            frequency=frequency,
+            most=most,
+            seconds=seconds,
             **unknown,
         )
         return self._server._call(requests.update(self._ids, changes, at_step, wait, self.particle_count))

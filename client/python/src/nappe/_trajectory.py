@@ -22,8 +22,9 @@ from nappe._html import Page, recording
 from nappe._ply import write_folder
 from nappe._poses import poses_arrays
 from nappe._stacked import StackedFrames
+from nappe._vtk import write_vtk
 
-_ENDINGS = ".npz (numpy), .html (a page), or no ending (a folder of PLY files)"
+_ENDINGS = ".npz (numpy), .html (a page), .pvd (ParaView), or no ending (a folder of PLY files)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,8 +34,9 @@ class Trajectory(StackedFrames):
     def save(self, path: str | os.PathLike[str], *, color: str | None = None, max_error: float | None = None) -> Path:
         """Writes a file or a folder, and says where it is; what kind, the ending of `path` says.
 
-        `.npz`: all arrays, to be read with `numpy.load`. `.html`: a page that any browser opens. No ending: a folder
-        with a PLY file per frame. A file that was there is replaced when the new one is whole.
+        `.npz`: all arrays, to be read with `numpy.load`. `.html`: a page that any browser opens. `.pvd`: an index for
+        ParaView, and beside it a folder of its name with a VTK file per frame. No ending: a folder with a PLY file per
+        frame. A file that was there is replaced when the new one is whole; a folder that holds frames is refused.
         `color`, `max_error`: what a page shows, and how far a coordinate in it may be from what it was (m), as
         `show` has them.
         """
@@ -52,6 +54,10 @@ class Trajectory(StackedFrames):
             arrays = self._npz()
             with _replacing(path) as file:
                 np.savez_compressed(file, **arrays)
+        elif ending == ".pvd":
+            index = write_vtk(self, path.with_suffix(""))
+            with _replacing(path) as file:
+                file.write(index)
         elif not ending or path.is_dir():
             write_folder(self, path)
         else:

@@ -67,6 +67,8 @@ class ClothParameters:
     """Its springs, one entry for each kind that it has."""
     air: Air | None
     """The air that acts on its triangles. None where it feels none."""
+    pull_count: int
+    """How many of its particles are pulled."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nappe_sim::{
-    cloth::{self, ElementList, Network, Spring, SpringKind, SpringRules, SurfaceSettings},
+    cloth::{self, ElementKind, ElementList, RestSettings, SurfaceSettings},
     mesh::TriangleMesh,
     world::{BodySetup, Change},
 };
@@ -14,13 +14,14 @@ use super::{
     meshes::{MeshSource, load},
     pins::{self, Layout},
     repair,
-    size::{self, Owner, Size},
+    size::{Owner, Size},
+    springs::SpringsText,
     start::ClothStart,
     stepping::settings,
     thickness, units,
 };
 use crate::{
-    body::{Body, ElementLaw, GridPlane, Mesh, MeshRepair, Pattern, SpringLaw, Springs},
+    body::{Body, ElementLaw, GridPlane, Mesh, MeshRepair},
     error::SceneError,
     location::Location,
     mesh::course_grid,
@@ -35,6 +36,8 @@ pub(super) struct BodyText<'a> {
     pub(super) dt: f64,
     /// How surfaces of the scene meet each other.
     pub(super) contact: SurfaceSettings,
+    /// When its pieces count as calm.
+    pub(super) rest: Option<RestSettings>,
     /// The colliders of the scene.
     pub(super) solids: &'a [Solid<'a>],
 }
@@ -73,7 +76,8 @@ pub(super) fn build(
     let start = ClothStart { name: &body.name, on_pass: body.on_pass, free: &free };
     warnings.extend(start.settle(&mut mesh.points, text.solids)?);
 
-    let mut network = make_network(text, &mesh, layout, size)?;
+    let springs = SpringsText { springs: body.springs, mesh: &body.mesh, at: &text.at };
+    let mut network = springs.network(&mesh, layout, size)?;
     network.elements = make_elements(text, &mesh, size, &mut warnings)?;
     if network.springs.is_empty() && network.elements.is_empty() {
         warnings.push("there are no springs: the particles are free of each other".to_owned());
@@ -97,7 +101,7 @@ pub(super) fn build(
         return text.at.key("air").inconsistent(message);
     }
     let at = text.at.key("moving_pin");
-    let settings = settings(body, &text.at, text.dt, text.contact)?;
+    let settings = settings(body, &text.at, text.dt, text.contact, text.rest)?;
     thickness::check(&network, &settings, &text.at)?;
     let changes = pins::moves(&body.moving_pins, layout, &network, first_particle, &at)?;
     Ok(Made { setup: BodySetup { name: body.name.clone(), network, settings, forces }, changes, warnings })
@@ -110,6 +114,9 @@ fn move_mesh(mesh: &mut TriangleMesh, transform: &Transform, at: &Location<'_>) 
     let motion = transform.motion(at)?;
     for point in &mut mesh.points {
         *point = motion.apply(point.map(|c| c * transform.scale));
+    }
+    for length in mesh.springs.iter_mut().filter_map(|spring| spring.rest_length.as_mut()) {
+        *length *= transform.scale;
     }
     let origin = motion.apply([0.0; 3]);
     for velocity in &mut mesh.velocities {
@@ -170,46 +177,6 @@ fn grid([columns, rows]: [u32; 2], spacing: f64, plane: GridPlane, ripple: f64) 
     mesh
 }
 
-fn make_network(
-    text: &BodyText<'_>,
-    mesh: &TriangleMesh,
-    layout: Layout,
-    size: &mut Size<'_>,
-) -> Result<Network, SceneError> {
-    let Some(springs) = &text.body.springs else { return Ok(particles(mesh)) };
-    let pattern = match (springs.pattern, layout, &text.body.mesh) {
-        (Some(Pattern::Lattice), Layout::Chain | Layout::Free, _) => {
-            let message = "is 'lattice': only grids have rows and columns; allowed here: edges";
-            return text.at.key("springs").key("pattern").inconsistent(message);
-        }
-        (Some(pattern), ..) => pattern,
-        (None, _, Mesh::Grid { .. }) => Pattern::Lattice,
-        (None, ..) => Pattern::Edges,
-    };
-
-    let rules = SpringRules {
-        stretch: law(springs.stretch),
-        shear: springs.shear.map(law),
-        bend: springs.bend.map(law),
-    };
-
-    match (layout, pattern) {
-        (Layout::Chain, _) => chain(text, mesh, springs, size),
-        (Layout::Grid { columns, rows }, Pattern::Lattice) => {
-            let [stretch, shear, bend] = size::lattice_springs(u64::from(columns), u64::from(rows));
-            let wanted = stretch + rules.shear.map_or(0, |_| shear) + rules.bend.map_or(0, |_| bend);
-            size.add_springs(&text.owner(), wanted)?;
-            // Masses are in the mesh by now: no particle takes the default.
-            Ok(Network::from_lattice(mesh, [columns as usize, rows as usize], &rules, 0.0))
-        }
-        _ => {
-            let network = Network::from_mesh(mesh, &rules, 0.0);
-            size.add_springs(&text.owner(), network.springs.len() as u64)?;
-            Ok(network)
-        }
-    }
-}
-
 /// Elements of the body's laws. Each is counted as a spring by the limits, for that is about what it takes.
 fn make_elements(
     text: &BodyText<'_>,
@@ -218,11 +185,22 @@ fn make_elements(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<ElementList>, SceneError> {
     let mut lists = Vec::new();
-    for ElementLaw { name, stiffness, damping } in &text.body.laws {
+    for (place, ElementLaw { name, stiffness, damping }) in text.body.laws.iter().enumerate() {
+        if *name == ElementKind::Plate {
+            check_plate(mesh, &text.at.key("law").index(place).key("name"))?;
+        }
         // No law has more than an element per edge.
         size.add_springs(&text.owner(), 3 * mesh.triangles.len() as u64)?;
         let law = cloth::SpringLaw { stiffness: *stiffness, damping: *damping };
         let list = ElementList::new(*name, law, mesh);
+        let dropped = list.bending().map_or(0, |bending| bending.dropped);
+        if dropped > 0 {
+            warnings.push(format!(
+                "the law {} resists {dropped} curvatures of its elements with nothing: there, a triangle and the points across \
+                 its edges lie nearly on one conic, or are several times as long as wide, and hardly tell how the sheet bends",
+                name.name()
+            ));
+        }
         if list.corner_count() == 0 {
             warnings.push(format!("the law {} finds no elements in its mesh", name.name()));
         } else {
@@ -232,47 +210,16 @@ fn make_elements(
     Ok(lists)
 }
 
-fn particles(mesh: &TriangleMesh) -> Network {
-    let count = mesh.points.len();
-    Network {
-        x: mesh.points.clone(),
-        v: vec![[0.0; 3]; count],
-        masses: mesh.masses.clone(),
-        triangles: mesh.triangles.clone(),
-        uv: mesh.uv.clone(),
-        ..Network::default()
+/// Whether a mesh has what a plate bends: triangles, and on both sides of an edge one at most.
+fn check_plate(mesh: &TriangleMesh, at: &Location<'_>) -> Result<(), SceneError> {
+    if mesh.triangles.is_empty() {
+        return at.inconsistent(
+            "is plate, which bends triangles, and the mesh has none: a chain folds by springs.bend",
+        );
     }
-}
-
-/// Springs from each particle to the next, and with `bend` to the one after it.
-fn chain(
-    text: &BodyText<'_>,
-    mesh: &TriangleMesh,
-    springs: &Springs,
-    size: &mut Size<'_>,
-) -> Result<Network, SceneError> {
-    if springs.shear.is_some() {
-        let message = "does not go with a chain: it has no cells; allowed: stretch and bend";
-        return text.at.key("springs").key("shear").inconsistent(message);
-    }
-
-    let mut network = particles(mesh);
-    let count = mesh.points.len() as u32;
-    let kinds = [(SpringKind::Stretch, 1, Some(springs.stretch)), (SpringKind::Bend, 2, springs.bend)];
-    for (kind, apart, made_of) in kinds {
-        let Some(made_of) = made_of else { continue };
-        size.add_springs(&text.owner(), u64::from(count.saturating_sub(apart)))?;
-        for a in 0..count.saturating_sub(apart) {
-            let b = a + apart;
-            let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
-            let rest_length = [0, 1, 2].iter().map(|&i| (q[i] - p[i]).powi(2)).sum::<f64>().sqrt();
-            network.springs.push(Spring { particles: [a, b], kind, rest_length, law: law(made_of) });
-        }
-    }
-
-    Ok(network)
-}
-
-fn law(law: SpringLaw) -> cloth::SpringLaw {
-    cloth::SpringLaw { stiffness: law.stiffness, damping: law.damping }
+    let Some([a, b]) = mesh.crowded_edge() else { return Ok(()) };
+    at.inconsistent(format!(
+        "is plate, which bends edges between two triangles: more than two share the edge from point {a} to {b}; allowed: one or \
+         two at each edge"
+    ))
 }

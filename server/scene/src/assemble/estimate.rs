@@ -3,7 +3,7 @@
 //! Reads a scene and the sizes of its meshes; gives numbers, nearly. Errors are left to [`Scene::build`].
 
 use nappe_sim::{
-    cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind, SurfaceCheck},
+    cloth::{ClothSettings, ElementKind, Integrator, Minimizer, MinimizerKind, SurfaceCheck},
     collide::{
         LOAD_BYTES,
         shape::{MeshSolid, NEAR_BYTES},
@@ -20,9 +20,10 @@ use super::{
     pins::named_bytes,
     size::{area, lattice_springs, mesh_springs, volume},
     snow::{Plan, particles_per_volume, settings},
+    springs::{own_springs, wanted},
 };
 use crate::{
-    body::{Body, Mass, Mesh, Pattern, Springs},
+    body::{Body, Mass, Mesh, Pattern},
     collider::{ColliderMesh, ColliderText},
     fill::met_blocks,
     location::Location,
@@ -48,6 +49,8 @@ pub struct SceneSize {
     pub tried_particles: u64,
     /// Particles of cloth whose steps may be divided.
     pub divided_particles: u64,
+    /// Particles of cloth that are watched for rest.
+    pub watched_particles: u64,
     /// Blocks of particles whose preconditioner has a coarse space.
     pub coarse_blocks: u64,
     /// Particles whose solves are preconditioned with patches.
@@ -90,6 +93,9 @@ impl Scene {
             size.add_body(body, self, meshes);
             let particles = size.cloth_particles - before;
             load_blocks = load_blocks.saturating_add(particles.div_ceil(body.block_size.max(1) as u64));
+        }
+        if self.rest.is_some() {
+            size.watched_particles = size.cloth_particles;
         }
         let thin = self.bodies.iter().filter(|body| body.thickness == 0.0).count();
         size.bodies = self.bodies.len() as u64;
@@ -140,10 +146,12 @@ impl SceneSize {
         let by_formula = match (springs.and_then(|springs| springs.pattern), &body.mesh) {
             (_, Mesh::Chain { .. }) | (Some(Pattern::Lattice), _) => true,
             (None, mesh) => matches!(mesh, Mesh::Grid { .. }),
-            (Some(Pattern::Edges), _) => false,
+            (Some(Pattern::Edges | Pattern::File), _) => false,
         };
         let kinds = if by_formula { lattice } else { mesh_springs(points, triangles) };
-        let count = springs.map_or(0, |springs| wanted(springs, kinds));
+        let own = own_springs(body, meshes);
+        let count =
+            own.map_or_else(|| springs.map_or(0, |springs| wanted(springs, kinds)), |(count, _)| count);
         self.cloth_particles = self.cloth_particles.saturating_add(points);
         self.named_bytes = self.named_bytes.saturating_add(named_bytes(body, points));
         let (integrator, preconditioner) = (body.integrator, body.solver.preconditioner);
@@ -158,7 +166,7 @@ impl SceneSize {
         }
         let [is_coarse, may_switch] = match preconditioner {
             PreconditionerKind::TwoLevel => [true, false],
-            PreconditionerKind::Auto => is_stiff(body, points, kinds, scene),
+            PreconditionerKind::Auto => is_stiff(body, points, (kinds, own.map(|(_, sums)| sums)), scene),
             _ => [false; 2],
         };
         if integrator.is_implicit() && preconditioner == PreconditionerKind::Patches {
@@ -181,8 +189,10 @@ impl SceneSize {
         if body.air.is_some() {
             self.triangles_in_air = self.triangles_in_air.saturating_add(triangles);
         }
-        // An element counts as a spring, and is looked for in the mesh: one for each edge between two triangles.
-        let elements = (3 * triangles / 2).saturating_mul(body.laws.len() as u64);
+        // Elements are looked for in the mesh. One of two triangles counts as a spring, and there is one for each edge between
+        // two; one of a triangle and its neighbours keeps as much as three springs.
+        let per_pair: u64 = body.laws.iter().map(|law| springs_per_pair(law.name)).sum();
+        let elements = triangles.saturating_mul(per_pair) / 2;
         self.springs = self.springs.saturating_add(count).saturating_add(elements);
         self.mesh_springs = self.mesh_springs.saturating_add(elements);
         if !by_formula {
@@ -249,9 +259,22 @@ fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
     first + second
 }
 
+/// How many springs keep as much as the elements of a law on two triangles of a mesh.
+const fn springs_per_pair(law: ElementKind) -> u64 {
+    match law {
+        ElementKind::QuadraticBending => 3,
+        ElementKind::Plate => 6,
+    }
+}
+
 /// Whether the preconditioner `auto` is `two_level`, and whether solves may come to patches: where the mass is not known before
 /// the mesh is, both may be.
-fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], scene: &Scene) -> [bool; 2] {
+fn is_stiff(
+    body: &Body,
+    points: u64,
+    (kinds, own): ([u64; 3], Option<[f64; 2]>),
+    scene: &Scene,
+) -> [bool; 2] {
     let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, thickness, .. } = body;
     let minimizer = match minimizer {
         MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
@@ -276,11 +299,12 @@ fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], scene: &Scene) -> [bool; 
     let laws = body
         .springs
         .iter()
-        .flat_map(|springs| [Some(springs.stretch), springs.shear, springs.bend].into_iter().zip(kinds));
-    let sums = laws.fold([0.0; 2], |[k, nu], (law, count)| {
+        .flat_map(|springs| [springs.stretch, springs.shear, springs.bend].into_iter().zip(kinds));
+    let by_law = laws.fold([0.0; 2], |[k, nu], (law, count)| {
         let count = count as f64;
         law.map_or([k, nu], |law| [k + count * law.stiffness, nu + count * law.damping])
     });
+    let sums = own.unwrap_or(by_law);
     // Bodies with a thickness are one cloth, which may have more particles than a block where none of them has.
     let is_thick = |body: &&Body| body.thickness > 0.0;
     let is_joined = is_thick(&body) && scene.bodies.iter().filter(is_thick).nth(1).is_some();
@@ -296,13 +320,6 @@ fn grid(columns: u64, rows: u64) -> (u64, u64, [u64; 3]) {
 
 fn free(mesh: &TriangleMesh) -> (u64, u64, [u64; 3]) {
     (mesh.points.len() as u64, mesh.triangles.len() as u64, [0; 3])
-}
-
-fn wanted(springs: &Springs, [stretch, shear, bend]: [u64; 3]) -> u64 {
-    let of = |is_wanted: bool, count: u64| if is_wanted { count } else { 0 };
-    stretch
-        .saturating_add(of(springs.shear.is_some(), shear))
-        .saturating_add(of(springs.bend.is_some(), bend))
 }
 
 #[cfg(test)]

@@ -14,9 +14,11 @@ mod units;
 mod thickness;
 mod collider;
 mod stepping;
+mod springs;
 mod body;
 mod snow;
 mod estimate;
+mod setup_size;
 mod world;
 
 pub use collider::ColliderSolid;

@@ -18,9 +18,9 @@ const ON_GRIDS: [&str; 8] =
 const ON_CHAINS: [&str; 2] = ["first", "last"];
 
 /// Bytes of a particle that a force names: in its list, which grows by doubling, and in that of the cloth.
-const FORCED_BYTES: u64 = 12;
+pub(super) const FORCED_BYTES: u64 = 12;
 /// Bytes of a particle that moves from the start: its change, in lists that grow by doubling, and its way.
-const MOVED_BYTES: u64 = 512;
+pub(super) const MOVED_BYTES: u64 = 512;
 
 /// Bytes, at most, of the particles that forces and moving pins of a body name, of so many: a name stands for many of them.
 pub(super) fn named_bytes(body: &Body, points: u64) -> u64 {

@@ -3,7 +3,10 @@
 //! Reads the keys of a body; writes the settings of its cloth.
 
 use nappe_sim::{
-    cloth::{ClothSettings, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits, SurfaceSettings},
+    cloth::{
+        ClothSettings, Minimizer, MinimizerKind, NewtonSettings, OnPass, RestSettings, StateLimits,
+        SurfaceSettings,
+    },
     linalg::{AtCap, SolverSettings, Stop},
     time_step::TimeStep,
 };
@@ -14,7 +17,8 @@ use crate::{
     location::Location,
 };
 
-/// The settings of the body at `at`, in steps of the scene of `dt` (s), whose surface meets others so.
+/// The settings of the body at `at`, in steps of the scene of `dt` (s), whose surface meets others so, and whose pieces are calm by
+/// these rules.
 ///
 /// # Errors
 /// Keys that do not go with each other, at the first of them.
@@ -23,6 +27,7 @@ pub(super) fn settings(
     at: &Location<'_>,
     dt: f64,
     contact: SurfaceSettings,
+    rest: Option<RestSettings>,
 ) -> Result<ClothSettings, SceneError> {
     let solver = at.key("solver");
     let minimizer = minimizer(body, at)?;
@@ -67,6 +72,7 @@ pub(super) fn settings(
         on_pass: body.on_pass,
         contact,
         limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
+        rest,
         block_size: body.block_size,
     })
 }

@@ -1,6 +1,7 @@
 //! The world of a scene: its bodies, its snow and its colliders, with every error that they have.
 
 use nappe_sim::{
+    cloth::RestSettings,
     collide::{Bounds, Collider},
     math::{four_digits, number},
     world::{Change, WorldSetup},
@@ -48,6 +49,7 @@ impl Scene {
         found.take(check_wind(self, &root));
 
         let contact = self.contact.unwrap_or_default();
+        let rest = found.take(rest_settings(self, &root)).flatten();
         let mut size = Size::new(limits);
         let (list, mut solids, mut collider_solids) = (root.key("collider"), Vec::new(), Vec::new());
         for (i, text) in self.colliders.iter().enumerate() {
@@ -62,7 +64,7 @@ impl Scene {
         let (mut bodies, mut initial_changes) = (Vec::new(), Vec::new());
         for (i, body) in self.bodies.iter().enumerate() {
             let at = root.key("body").index(i);
-            let text = BodyText { body, at, dt: self.dt, contact, solids: &solids };
+            let text = BodyText { body, at, dt: self.dt, contact, rest, solids: &solids };
             let Some(made) = found.take(body::build(&text, meshes, &mut size)) else { continue };
             initial_changes.extend(made.changes);
             warnings.extend(made.warnings.iter().map(|warning| format!("body '{}': {warning}", body.name)));
@@ -105,6 +107,17 @@ fn check_surface(collider: &Collider, at: &Location<'_>, particles: Bounds) -> R
          allowed: at most {most} m/s"
     );
     at.key("key").index(key).key("turn").inconsistent(message)
+}
+
+/// When cloth counts as calm, if the scene says so.
+fn rest_settings(scene: &Scene, root: &Location<'_>) -> Result<Option<RestSettings>, SceneError> {
+    let Some(rest) = scene.rest else { return Ok(None) };
+    let at = root.key("rest");
+    if scene.bodies.is_empty() {
+        return at.inconsistent("is for cloth, and the scene has snow alone");
+    }
+    let lasts = (scene.steps > 0).then_some(scene.steps as f64 * scene.dt);
+    rest.settings(lasts, &at).map(Some)
 }
 
 /// Keys of the wind grow in time, and stand alone.

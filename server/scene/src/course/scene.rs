@@ -181,7 +181,8 @@ fn springs(
 
     let stiffness = needed(parameters.stiffness, "k", "the stiffness (N/m)")?;
     let damping = needed(parameters.damping, "nu", "the damping (N s/m)")?;
-    Ok(Some(Springs { pattern: None, stretch: SpringLaw { stiffness, damping }, shear: None, bend: None }))
+    let stretch = Some(SpringLaw { stiffness, damping });
+    Ok(Some(Springs { pattern: None, stretch, shear: None, bend: None }))
 }
 
 fn solver(

@@ -107,10 +107,10 @@ static SPRINGS: Section = Section {
     name: "body.springs",
     about: "Springs, at rest as the transformed mesh lies: f = -stiffness (l - l0) u - damping ((v_i - v_j).u) u. No two join the same particles: stretch comes first, then shear, then bend.",
     keys: &[
-        key("pattern", Choice(|| Pattern::NAMES.to_vec()), "", Absent("lattice for `grid`, edges for other meshes"), "edges: stretch on the edges of triangles, shear across each pair of triangles, bend along straight continuations of edges; lattice (grids only): stretch along rows and columns, shear on both diagonals of a cell, bend between particles two apart along rows and columns"),
-        key("stretch", Table(&SPRING_LAW), "", Required, "springs that resist change of length"),
+        key("stretch", Table(&SPRING_LAW), "", Absent("with pattern = \"file\" alone"), "springs that resist change of length"),
         key("shear", Table(&SPRING_LAW), "", Absent("none"), "springs that resist change of angle"),
         key("bend", Table(&SPRING_LAW), "", Absent("none"), "springs that resist folding"),
+        key("pattern", Choice(|| Pattern::NAMES.to_vec()), "", Absent("lattice for `grid`, edges for other meshes"), "edges: stretch on the edges of triangles, shear across each pair of triangles, bend along straight continuations of edges; lattice (grids only): stretch along rows and columns, shear on both diagonals of a cell, bend between particles two apart along rows and columns; file: the springs that the mesh carries, the element `edge` of a PLY, and no others"),
     ],
     alternatives: Alternatives::None,
 };
@@ -142,10 +142,10 @@ static AIR: Section = Section {
 #[rustfmt::skip] // one line per key
 static LAW: Section = Section {
     name: "body.law",
-    about: "A law of elements of three or four particles, at rest as the transformed mesh lies. Its page in docs/laws has the equation, and the unit of the stiffness.",
+    about: "A law of elements of three to six particles, at rest as the transformed mesh lies. Its page in docs/laws has the equation, and the unit of the stiffness.",
     keys: &[
         key("name", Choice(|| ElementKind::ALL.map(ElementKind::name).to_vec()), "", Required, "which law"),
-        key("stiffness", Number(STIFFNESS), "of the law", Required, "stiffness; of quadratic_bending: bending stiffness (N m)"),
+        key("stiffness", Number(STIFFNESS), "of the law", Required, "stiffness; of plate and quadratic_bending: bending stiffness (N m)"),
         key("damping", Number(DAMPING), "s times that", Default("0.0"), "damping of the rate at which the elements change"),
     ],
     alternatives: Alternatives::None,

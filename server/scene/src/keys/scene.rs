@@ -41,6 +41,17 @@ static CONTACT: Section = Section {
     alternatives: Alternatives::None,
 };
 
+#[rustfmt::skip] // one line per key
+static REST: Section = Section {
+    name: "rest",
+    about: "When cloth counts as calm. A piece, which is what springs and elements hold together, is watched over windows of eight steps; the diagnostics tell how much is calm. No result depends on it.",
+    keys: &[
+        key("error", Number(Range(1e-9, 1.0)), "m", Required, "how far off positions may become if what is calm counts as standing still; at least 200 roundings of the largest coordinate, which are 1.2e-5 m at 1 m in f32"),
+        key("within", Number(Range(1e-6, 1e9)), "s", Absent("as long as the scene lasts"), "the time over which that error may add up; needed where `steps` is 0"),
+    ],
+    alternatives: Alternatives::None,
+};
+
 /// The root of a scene.
 #[rustfmt::skip] // one line per key
 pub(crate) static ROOT: Section = Section {
@@ -54,10 +65,11 @@ pub(crate) static ROOT: Section = Section {
         key("frame_interval", Whole(1, 1_000_000), "steps", Default("1"), "steps between frames"),
         key("precision", Choice(|| Precision::ALL.map(Precision::name).to_vec()), "", Default("\"f32\""), "precision of positions and velocities; sums are f64 whatever it is"),
         key("gravity", Vector(Range::of(allowed::GRAVITY)), "m/s^2", Default("[0.0, -9.81, 0.0]"), "gravity"),
-        key("wind", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the medium; bodies feel it through their drag and their air"),
+        key("wind", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the medium; bodies feel it through their drag and their air, snow through its drag"),
         key("wind_at", Tables(&WIND_AT, 10_000), "", Default("[]"), "in place of `wind`, its velocity over time: `[[wind_at]]`"),
         key("hash_interval", Whole(1, 1_000_000), "frames", Default("10"), "frames between frames that carry the hash of the state"),
         key("contact", Table(&CONTACT), "", Absent("its defaults"), "how surfaces of cloth meet each other: `[contact]`"),
+        key("rest", Table(&REST), "", Absent("nothing is watched"), "when cloth counts as calm: `[rest]`"),
         key("body", Tables(&BODY, MANY), "", Default("[]"), "bodies: `[[body]]`; a scene has at least one body or snow"),
         key("snow", Table(&SNOW), "", Absent("no snow"), "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, because nothing couples them yet"),
         key("collider", Tables(&COLLIDER, MANY), "", Default("[]"), "colliders: `[[collider]]`"),

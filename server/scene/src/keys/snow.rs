@@ -1,6 +1,6 @@
 //! The keys of snow: how it is stepped, its objects, what they are made of.
 
-use nappe_sim::snow::{Kernel, Law, Preset, Transfer};
+use nappe_sim::snow::{Kernel, Law, Preset, SnowSettings, Transfer};
 
 use crate::{
     schema::{Alternative, Alternatives, LENGTH, Presence, Range, SIZE, SPEED, Section, ValueKind, key},
@@ -35,6 +35,7 @@ pub(super) static SNOW: Section = Section {
         key("max_substeps", Whole(1, 1_000_000), "", Default("10000"), "steps of the snow within one step of the scene: a run that needs more stops"),
         key("ballistic_below", Number(SHARE), "", Default("0.0"), "a particle whose density on the grid is below this share of its own flies without stress, and does not bound the step; 0: none does"),
         key("max_energy", Number(Range(0.0, 1e300)), "J", Absent("no limit"), "largest kinetic plus elastic energy of all snow: a step whose result has more is not taken"),
+        key("drag", Number(Range(0.0, SnowSettings::MOST_DRAG)), "1/s", Default("0.0"), "linear drag of the medium: what weighs m feels -drag m (v - wind). It is taken by the velocity at the end of a step, and so bounds none"),
         key("object", Tables(&OBJECT, 1000), "", Required, "objects, at least one: `[[snow.object]]`"),
     ],
     alternatives: Alternatives::None,

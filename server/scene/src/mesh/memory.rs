@@ -14,6 +14,8 @@ pub(super) const UV: u64 = 16;
 pub(super) const MASS: u64 = 8;
 /// Bytes of a triangle.
 pub(super) const TRIANGLE: u64 = 12;
+/// Bytes of a spring: as it is kept, and its points and its place while repeats are looked for.
+pub(super) const SPRING: u64 = 48 + 12;
 
 /// Bytes of a corner of the face that is being read: as it was read, and as it is cut.
 const CORNER: u64 = 4 + 4;

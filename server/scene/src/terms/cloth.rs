@@ -9,7 +9,7 @@ use crate::body::{Body, ElementLaw, SpringLaw, Springs};
 fn law(springs: &Springs, kind: SpringKind) -> Option<SpringLaw> {
     let Springs { pattern: _, stretch, shear, bend } = *springs;
     match kind {
-        SpringKind::Stretch => Some(stretch),
+        SpringKind::Stretch => stretch,
         SpringKind::Shear => shear,
         SpringKind::Bend => bend,
     }
@@ -18,7 +18,7 @@ fn law(springs: &Springs, kind: SpringKind) -> Option<SpringLaw> {
 /// The same, to be changed.
 pub(super) fn law_mut(springs: &mut Springs, kind: SpringKind) -> Option<&mut SpringLaw> {
     match kind {
-        SpringKind::Stretch => Some(&mut springs.stretch),
+        SpringKind::Stretch => springs.stretch.as_mut(),
         SpringKind::Shear => springs.shear.as_mut(),
         SpringKind::Bend => springs.bend.as_mut(),
     }

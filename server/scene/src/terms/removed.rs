@@ -28,6 +28,7 @@ impl Scene {
             wind_at,
             hash_interval: _,
             contact,
+            rest: _,
             bodies,
             snow,
             colliders,
@@ -35,11 +36,13 @@ impl Scene {
         } = self;
         let mut terms = of_springs(bodies);
         let winds = wind_at.iter().map(|key| key.velocity).chain([*wind]);
-        terms.extend(of_bodies(bodies, winds));
-        terms.extend(of_surfaces(bodies, contact.unwrap_or_default().friction));
         let is_of_one = bodies.is_empty() || snow.is_none();
+        // Wind that snow feels too acts on both.
+        let is_felt = is_of_one || snow.as_ref().is_some_and(|snow| snow.drag == 0.0);
+        terms.extend(of_bodies(bodies, winds.clone().filter(|_| is_felt)));
+        terms.extend(of_surfaces(bodies, contact.unwrap_or_default().friction));
         if bodies.is_empty() {
-            terms.extend(snow.iter().flat_map(of_snow));
+            terms.extend(snow.iter().flat_map(|snow| of_snow(snow, winds.clone())));
         }
         for (place, collider) in colliders.iter().enumerate() {
             let ColliderText {
@@ -112,6 +115,7 @@ impl Scene {
                 self.contact = Some(SurfaceSettings { friction: 0.0, ..self.contact.unwrap_or_default() });
             }
             Removal::Drag => self.bodies.iter_mut().for_each(|body| body.drag = 0.0),
+            Removal::SnowDrag => self.snow.iter_mut().for_each(|snow| snow.drag = 0.0),
             Removal::Air => self.bodies.iter_mut().for_each(|body| body.air = None),
             Removal::Wind => {
                 self.wind = [0.0; 3];
@@ -153,7 +157,7 @@ mod tests {
         law = [{ name = \"quadratic_bending\", stiffness = 1e-4, damping = 1e-6 }]\n\
         [[collider]]\nname = \"a\"\nplane = { point = [0, -1, 0], normal = [0, 1, 0] }\nfriction = 0.5\n\
         [[collider]]\nname = \"b\"\nplane = { point = [0, -2, 0], normal = [0, 1, 0] }\nrestitution = 0.5\n";
-    const SNOW: &str = "version = 1\ndt = 0.01\nsteps = 10\n[snow]\ncell = 0.1\ntransfer = \"pic_flip\"\nflip_time = 0.1\n\
+    const SNOW: &str = "version = 1\ndt = 0.01\nsteps = 10\nwind = [0, 0, 2]\n[snow]\ncell = 0.1\ndrag = 0.5\ntransfer = \"pic_flip\"\nflip_time = 0.1\n\
         [[snow.object]]\nname = \"block\"\nbox = { center = [0, 1, 0], size = [0.2, 0.2, 0.2] }\nstiffness_noise = 0.1\n\
         material = { critical_stretch = 0.01, hardening = 5 }\n\
         [[snow.object]]\nname = \"ball\"\nsphere = { center = [0, 2, 0], radius = 0.2 }\nmaterial = { preset = \"elastic\" }\n";
@@ -164,7 +168,7 @@ mod tests {
 
     #[test]
     fn every_term_that_is_removed_is_gone_and_no_other_is() {
-        for (text, count) in [(CLOTH, 11), (SNOW, 4)] {
+        for (text, count) in [(CLOTH, 11), (SNOW, 6)] {
             let scene = Scene::parse(text, "small.toml").expect("a scene");
             let terms = scene.terms();
             assert_eq!(terms.len(), count, "{:?}", names(&scene));
@@ -176,7 +180,7 @@ mod tests {
                     Removal::Elements(..) | Removal::Collider(_) => {
                         !name.ends_with(&term.name.replace("collider ", "of ")) && *name != term.name
                     }
-                    Removal::Drag => name != "drag" && name != "wind",
+                    Removal::Drag | Removal::SnowDrag => name != "drag" && name != "wind",
                     Removal::Plasticity => name != "plasticity" && name != "hardening",
                     _ => *name != term.name,
                 });
@@ -210,7 +214,7 @@ mod tests {
         let scene = Scene::parse(&format!("{CLOTH}[snow]{snow}"), "both.toml").expect("a scene");
         let names = names(&scene);
         assert!(names.iter().any(|name| name == "springs of bend"), "{names:?}");
-        for shared in ["collider a", "friction of a", "f64: half of its digits", "plasticity"] {
+        for shared in ["collider a", "friction of a", "wind", "f64: half of its digits", "plasticity"] {
             assert!(!names.iter().any(|name| name == shared), "{names:?}");
         }
     }

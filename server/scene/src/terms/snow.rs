@@ -1,12 +1,13 @@
-//! Terms of snow: how it yields and hardens, its noise, its share of FLIP.
+//! Terms of snow: how it yields and hardens, its noise, its share of FLIP, drag and wind.
 
 use nappe_sim::snow::Preset;
 
 use super::term::{Removal, SceneTerm};
 use crate::snow::{MaterialText, Snow, SnowBody, TransferName};
 
-/// How it yields and hardens, noise, and the share of FLIP.
-pub(super) fn of_snow(snow: &Snow) -> Vec<SceneTerm> {
+/// How it yields and hardens, noise, the share of FLIP, drag, and the wind, if any of its velocities (m/s) is one, which acts
+/// through it.
+pub(super) fn of_snow(snow: &Snow, mut winds: impl Iterator<Item = [f64; 3]>) -> Vec<SceneTerm> {
     let Snow {
         cell: _,
         kernel: _,
@@ -22,6 +23,7 @@ pub(super) fn of_snow(snow: &Snow) -> Vec<SceneTerm> {
         max_substeps: _,
         ballistic_below: _,
         max_energy: _,
+        drag,
         objects,
     } = snow;
     let mut has = [false; 4];
@@ -60,6 +62,12 @@ pub(super) fn of_snow(snow: &Snow) -> Vec<SceneTerm> {
         terms.into_iter().zip(has).filter(|(_, has)| *has).map(|(term, _)| term).collect();
     if *transfer == TransferName::PicFlip && flip.is_none_or(|share| share > 0.0) {
         terms.push(SceneTerm::new("share of FLIP", Removal::Flip));
+    }
+    if *drag > 0.0 {
+        terms.push(SceneTerm::new("drag", Removal::SnowDrag));
+        if winds.any(|wind| wind != [0.0; 3]) {
+            terms.push(SceneTerm::new("wind", Removal::Wind));
+        }
     }
     terms
 }

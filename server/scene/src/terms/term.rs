@@ -17,8 +17,10 @@ pub enum Removal {
     Thickness(usize),
     /// The friction between surfaces of cloth.
     SurfaceFriction,
-    /// The drag of the medium on all bodies.
+    /// The drag of the medium on all bodies of cloth.
     Drag,
+    /// The drag of the medium on all snow.
+    SnowDrag,
     /// The air around all bodies.
     Air,
     /// The motion of the medium.

@@ -7,6 +7,7 @@ mod acting;
 mod outside;
 mod overlap;
 mod surfaces;
+mod rest;
 
 use std::sync::Arc;
 
@@ -98,6 +99,11 @@ fn chains_lattices_and_moving_pins_are_checked_against_each_other() {
     assert_eq!(
         message(&shear),
         "scene.toml:8:21: body[0].springs.shear: does not go with a chain: it has no cells; allowed: stretch and bend"
+    );
+    let plate = format!("{chain}\n[[body.law]]\nname = \"plate\"\nstiffness = 1e-4\n");
+    assert_eq!(
+        message(&plate),
+        "scene.toml:11:8: body[0].law[0].name: is plate, which bends triangles, and the mesh has none: a chain folds by springs.bend"
     );
     let lattice = chain.replace("springs = { ", "springs = { pattern = \"lattice\", ");
     assert_eq!(

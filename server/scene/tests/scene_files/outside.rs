@@ -56,6 +56,26 @@ fn a_triangle_that_is_there_twice_counts_once() {
 }
 
 #[test]
+fn a_plate_is_refused_where_three_triangles_share_an_edge() {
+    let plate = text("", "mass = { density = 1 }").replace("quadratic_bending", "plate");
+    let build = |obj: &str| {
+        let mesh = read_obj(obj, "mesh.obj").unwrap_or_else(|error| panic!("{error}")).mesh;
+        let scene = Scene::parse(&plate, "scene.toml").unwrap_or_else(|error| panic!("{error}"));
+        scene.build(&Uploaded(Arc::new(mesh)), &SceneLimits::default())
+    };
+    let points = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n";
+    let error = build(&format!("{points}f 1 2 3\nf 1 3 4\nf 1 3 5\n")).unwrap_err().to_string();
+    let told = "law[0].name: is plate, which bends edges between two triangles: more than two share the edge from point 0 to 2; \
+                allowed: one or two at each edge";
+    assert!(error.ends_with(told), "{error}");
+
+    // One that is there twice counts once.
+    let twice = build(&format!("{SQUARE}f 3 1 2\n")).unwrap_or_else(|error| panic!("{error}"));
+    let network = &twice.setup.bodies[0].network;
+    assert_eq!(network.elements[0].corner_count(), 12, "both triangles bend, each with six particles");
+}
+
+#[test]
 fn weld_makes_one_part_of_a_flat_shaded_mesh_with_its_springs() {
     let density = "mass = { density = 1 }\npins = [3]";
     let apart = built(FLAT_SHADED, "", density);

@@ -113,16 +113,17 @@ fn bodies_with_a_thickness_must_be_stepped_alike_and_ranks_do_not_step_them() {
     };
     Simulation::new(&both("").setup, Precision::F64).expect("bodies with a thickness meet each other");
     for (keys, what, values) in [
-        ("drag = 0.5", "drag", ["0.5", "0.0"]),
-        ("air = {}", "air", ["Air", "none"]),
-        ("tolerance = 0.25", "tolerance", ["0.25", "None"]),
+        ("drag = 0.5", "drag", ["is 0.5 N s/m", "is 0 N s/m"]),
+        ("air = {}", "air", ["is 1.2 kg/m³ with", "is none"]),
+        ("tolerance = 0.25", "tolerance", ["is 0.25 m", "is none"]),
         ("block_size = 64", "block_size", ["64", "256"]),
-        ("substeps = 2", "time step", ["Fixed(0.005)", "Certified"]),
+        ("substeps = 2", "time step", ["is 0.005 s", "of what is certified"]),
         ("solver = { max_iterations = 77 }", "solver", ["77", "200"]),
     ] {
         let error = refused(&both(keys));
         let told = ["'other'", "'sheet'", what, values[0], values[1]];
         assert!(told.iter().all(|word| error.contains(word)), "{error}, not {told:?}");
+        assert!(!error.contains(['{', '(']) || what == "air", "{error}");
     }
 
     let built = build(&one).expect("it can be built");

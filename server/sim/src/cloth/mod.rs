@@ -4,29 +4,29 @@ mod settings;
 mod laws;
 mod network;
 mod layout;
+mod rest;
 mod state;
 mod contact;
 mod evaluate;
 mod judge;
 mod integrate;
 mod step;
-mod meet;
 
-pub use evaluate::Workspace;
-pub use laws::{Air, ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
+pub use laws::{Air, Bending, ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
 pub(crate) use layout::check_network;
 pub use layout::{LawEntry, Model, Parameters, Springs};
 pub use network::{Crossed, ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
 pub(crate) use network::{Joined, resolve};
+pub(crate) use rest::{Watch, check_rest};
 pub use settings::{
-    ClothSettings, Hessian, Integrator, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits,
-    SurfaceCheck, SurfaceSettings,
+    ClothSettings, Hessian, Integrator, Minimizer, MinimizerKind, NewtonSettings, OnPass, RestSettings,
+    StateLimits, SurfaceCheck, SurfaceSettings,
 };
 pub(crate) use state::{ClothReport, Gain};
 pub use state::{PathPoint, PinMotion, State};
-pub(crate) use step::Stepping;
+pub(crate) use step::{StepMemory, Stepping};
 
-use evaluate::Evaluation;
+use evaluate::{Evaluated, Evaluation};
 use settings::Purpose;
 
 use crate::{
@@ -74,10 +74,10 @@ fn evaluate<R: Real>(
     state: &State<R>,
     purpose: Purpose,
 ) -> Evaluation<R> {
-    let mut work = Workspace::new();
-    work.size_for(model, settings, purpose);
-    work.numbers.refresh(model, parameters, settings, around, [around.dt, 0.0]);
-    let Workspace { mut evaluation, mut numbers, scratches, .. } = work;
+    let mut evaluated = Evaluated::default();
+    evaluated.size_for(model, purpose);
+    evaluated.numbers.refresh(model, parameters, settings, around, (around.whole(), 0.0));
+    let Evaluated { mut evaluation, mut numbers, scratches, .. } = evaluated;
     numbers.freeze_air(model, [&state.x, &state.v], &scratches);
     evaluation.look(model, &numbers, purpose, [&state.x, &state.v], &scratches);
     evaluation

@@ -14,7 +14,10 @@ use super::{
     shape::Near,
     touch::{Answer, Touch, push_and_rub},
 };
-use crate::math::{Vec3, array3, vec3};
+use crate::{
+    math::{Vec3, array3, vec3},
+    sub_step::SubStep,
+};
 
 /// Bounces in a sub-step, at most.
 const MOST_BOUNCES: u32 = 2;
@@ -25,27 +28,25 @@ const SAME_SIDE: f64 = 0.5;
 /// Rounds over all colliders that a particle between several is given to satisfy them.
 const ROUNDS: usize = 16;
 
-/// A sub-step that ends inside a collider.
+/// A particle in a sub-step, and the colliders that it may meet.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SubStep<'a> {
+pub(super) struct Encounter<'a> {
     pub(super) colliders: &'a [Collider],
     /// What is known of the meshes among them.
     pub(super) near: &'a [Near],
-    /// Position (m) at its start and at its end without contact.
+    /// Position (m) at the start of the sub-step and at its end without contact.
     pub(super) x: [Vec3<f64>; 2],
     /// Velocity (m/s) then.
     pub(super) v: [Vec3<f64>; 2],
-    /// Its length and the time at its end (s).
-    pub(super) dt: f64,
-    pub(super) end_time: f64,
+    pub(super) sub_step: SubStep,
     /// Rounding (m) of positions.
     pub(super) rounding: f64,
 }
 
-impl<'a> SubStep<'a> {
+impl<'a> Encounter<'a> {
     /// What comes of it, and what its particle gives to colliders.
     pub(super) fn answer(&self, giving: &mut Giving<'_>) -> Answer {
-        let mut flight = Flight::new(self.x, self.v, self.dt, self.end_time, self.rounding);
+        let mut flight = Flight::new(self.x, self.v, self.sub_step, self.rounding);
         let lag = self.v[0] - flight.w;
         let free = flight.end_velocity();
         let slowest = SLOWEST * (self.v[1] - self.v[0]).norm();
@@ -133,7 +134,7 @@ impl<'a> SubStep<'a> {
             } else {
                 touch.hold(flight, felt, &mut end)
             };
-            let moving = collider.velocity_at(array3(&end.x), self.end_time);
+            let moving = collider.velocity_at(array3(&end.x), self.sub_step.end);
             giving.touched(&collider, &(end.v - before), (&end.x, moving));
             if is_changed || last.is_none() {
                 last = Some(collider);
@@ -151,7 +152,7 @@ impl<'a> SubStep<'a> {
         end: &Answer,
         meeting: Option<&Meeting>,
     ) -> Option<Touch<'a>> {
-        let (distance, normal) = collider.distance(array3(&end.x), self.end_time);
+        let (distance, normal) = collider.distance(array3(&end.x), self.sub_step.end);
         let depth = collider.margin - distance;
         let here = vec3::<f64>(normal);
         let entry = meeting.filter(|meeting| meeting.depth == 0.0).map(|meeting| meeting.normal);
@@ -164,21 +165,21 @@ impl<'a> SubStep<'a> {
         }
         let start = meeting.map_or_else(|| self.depth_at_start(collider), |meeting| meeting.depth);
         // What is there from the start is taken back little by little.
-        let allowed = if start > 0.0 { (start - collider.recovery * self.dt).max(0.0) } else { 0.0 };
+        let allowed = if start > 0.0 { (start - collider.recovery * self.sub_step.dt).max(0.0) } else { 0.0 };
         let (normal, is_through) = (through.unwrap_or(here), through.is_some());
-        let end_time = self.end_time;
+        let end_time = self.sub_step.end;
         Some(Touch { collider, normal, is_through, depth, allowed, spare, end_time })
     }
 
     /// What is inside a collider by no more than this (m) is on its surface: it follows from the way that the collider sees.
     pub(super) fn spare_of(&self, collider: Facing<'_>) -> f64 {
-        let way = collider.way_of(self.x.map(|x| array3(&x)), self.dt, self.end_time);
+        let way = collider.way_of(self.x.map(|x| array3(&x)), self.sub_step);
         REACHED * vec3::<f64>(way).norm() + self.rounding
     }
 
     /// How deep (m) the particle began inside a collider: 0 on its surface.
     fn depth_at_start(&self, collider: Facing<'_>) -> f64 {
-        let (distance, _) = collider.distance(array3(&self.x[0]), self.end_time - self.dt);
+        let (distance, _) = collider.distance(array3(&self.x[0]), self.sub_step.start());
         let depth = collider.margin - distance;
         if depth > self.spare_of(collider) { depth } else { 0.0 }
     }
@@ -213,7 +214,8 @@ mod tests {
     fn answer(colliders: &[Collider], x: [f64; 3], v: [f64; 3]) -> Answer {
         let (x, v) = (vec3::<f64>(x), vec3::<f64>(v));
         let (x, v) = ([x, x + v * DT], [v, v]);
-        SubStep { colliders, near: &[], x, v, dt: DT, end_time: 0.3, rounding: 1e-15 }
+        let sub_step = SubStep { dt: DT, end: 0.3 };
+        Encounter { colliders, near: &[], x, v, sub_step, rounding: 1e-15 }
             .answer(&mut Giving::new(colliders, &mut []))
     }
 
@@ -227,7 +229,7 @@ mod tests {
             (random >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
         let hollow = |shape: &Shape| matches!(shape, Shape::HalfPipe(_));
-        let (mut met, dt, end_time) = (0, DT, 0.0);
+        let (mut met, sub_step) = (0, SubStep { dt: DT, end: 0.0 });
         for shape in Shape::examples().into_iter().filter(|shape| !hollow(shape)) {
             for case in 0..10_000 {
                 let mut collider =
@@ -236,22 +238,22 @@ mod tests {
                 let [mut x, v, w] = [(); 3].map(|()| Vec3::new(number(), number(), number()));
                 x *= 1.5;
                 let gap = |x: &Vec3<f64>, time: f64| collider.distance(array3(x), time).0;
-                let (v, end) = ([v * 20.0, v * 20.0 + w], x + (v * 20.0 + w * 0.5) * dt);
-                if gap(&x, -dt) <= 0.0 || gap(&end, 0.0) >= 0.0 {
+                let (v, end) = ([v * 20.0, v * 20.0 + w], x + (v * 20.0 + w * 0.5) * DT);
+                if gap(&x, -DT) <= 0.0 || gap(&end, 0.0) >= 0.0 {
                     continue;
                 }
                 met += 1;
                 let colliders = std::slice::from_ref(&collider);
-                let substep = SubStep { colliders, near: &[], x: [x, end], v, dt, end_time, rounding: 1e-15 };
+                let encounter = Encounter { colliders, near: &[], x: [x, end], v, sub_step, rounding: 1e-15 };
                 let Answer { x: after, was_inside, .. } =
-                    substep.answer(&mut Giving::new(colliders, &mut []));
+                    encounter.answer(&mut Giving::new(colliders, &mut []));
                 let depth = -gap(&after, 0.0);
                 assert!(
                     depth < 1e-12 && !was_inside,
                     "{:?}, case {case}: {depth:e} m inside",
                     collider.shape
                 );
-                let way = (v[0].norm() + v[1].norm() + 2.0 * vec3::<f64>(collider.velocity).norm()) * dt;
+                let way = (v[0].norm() + v[1].norm() + 2.0 * vec3::<f64>(collider.velocity).norm()) * DT;
                 assert!((after - x).norm() < way, "{:?}, case {case}: {after} from {x}", collider.shape);
             }
         }

@@ -6,7 +6,10 @@ use super::{
     flight::{Flight, Meeting},
     passed::REACHED,
 };
-use crate::math::{Vec3, array3, vec3};
+use crate::{
+    math::{Vec3, array3, vec3},
+    sub_step::SubStep,
+};
 
 /// The way of a particle in a sub-step, and a collider.
 pub(crate) struct Approach<'a> {
@@ -14,18 +17,16 @@ pub(crate) struct Approach<'a> {
     /// Positions (m) and velocities (m/s) at both ends.
     pub(crate) x: [Vec3<f64>; 2],
     pub(crate) v: [Vec3<f64>; 2],
-    /// Its length and the time at its end (s).
-    pub(crate) dt: f64,
-    pub(crate) end: f64,
+    pub(crate) sub_step: SubStep,
 }
 
 impl Approach<'_> {
     /// Where it meets the surface from outside, and how it goes there.
     fn meeting(&self) -> Option<(Flight, Meeting)> {
-        let Self { collider, x, v, dt, end } = *self;
+        let Self { collider, x, v, sub_step } = *self;
         let rounding = 4.0 * f64::EPSILON * x[0].amax().max(x[1].amax());
-        let flight = Flight::new(x, v, dt, end, rounding);
-        let way = collider.way_of(x.map(|x| array3(&x)), dt, end);
+        let flight = Flight::new(x, v, sub_step, rounding);
+        let way = collider.way_of(x.map(|x| array3(&x)), sub_step);
         let spare = REACHED * vec3::<f64>(way).norm() + rounding;
         let meeting = flight.meets(collider.into(), spare)?;
         (meeting.depth == 0.0).then_some((flight, meeting))
@@ -46,6 +47,6 @@ impl Approach<'_> {
 
     /// The normal of the surface where it meets it, and after which share of the sub-step.
     pub(crate) fn meets(&self) -> Option<(Vec3<f64>, f64)> {
-        self.meeting().map(|(_, meeting)| (meeting.normal, meeting.after / self.dt))
+        self.meeting().map(|(_, meeting)| (meeting.normal, meeting.after / self.sub_step.dt))
     }
 }

@@ -5,7 +5,7 @@
 
 use super::{
     Collider,
-    answer::SubStep,
+    answer::Encounter,
     facing::{Facing, facing, mesh},
     load::{BlockLoads, Carried, Felt, Giving},
     passed::has_passed,
@@ -17,19 +17,17 @@ use crate::{
     math::{Padded, Real, Vec3, array::length, array3, vec3},
     parallel::{Share, block_count, per_block_mut, per_row, per_row_mut, several_per_block_mut},
     report::Load,
+    sub_step::SubStep,
 };
 
 /// Reach of a look around, over what is needed: a particle that comes nearer soon asks less.
 const LOOK: f64 = 4.0;
 
-/// Where, when and for how long particles may have met colliders: the end of a step.
+/// Where and when particles may have met colliders.
 #[derive(Clone, Copy)]
 pub(crate) struct Contacts<'a> {
     pub(crate) colliders: &'a [Collider],
-    /// Time (s) at the end of the step.
-    pub(crate) time: f64,
-    /// Length (s) of the step.
-    pub(crate) dt: f64,
+    pub(crate) sub_step: SubStep,
     /// The blocks of particles that are looked at here.
     pub(crate) share: &'a Share,
     /// The user's number of each particle.
@@ -144,16 +142,10 @@ impl Kept {
         self.given.add(&self.tried);
     }
 
-    /// Adds what was given in a step of the world of `dt` seconds that ends at a time (s) to the loads of its colliders.
-    pub(crate) fn add_to(
-        &self,
-        share: &Share,
-        loads: &mut [Load],
-        colliders: &[Collider],
-        dt_and_end: [f64; 2],
-    ) {
+    /// Adds what was given in a step of the world to the loads of its colliders.
+    pub(crate) fn add_to(&self, share: &Share, loads: &mut [Load], colliders: &[Collider], whole: SubStep) {
         for (number, (load, collider)) in loads.iter_mut().zip(colliders).enumerate() {
-            self.given.sum(share, number).add_to(load, collider, dt_and_end);
+            self.given.sum(share, number).add_to(load, collider, whole);
         }
     }
 }
@@ -227,7 +219,7 @@ fn of_one<R: Real>(
 ) -> Option<Met> {
     let is_free = inv_m > R::zero();
     let reach = if is_free { reach(contacts, &moved, near) } else { Reach::Untold };
-    let held = if holds && is_free { moved.substep(contacts, near).held() } else { None };
+    let held = if holds && is_free { moved.encounter(contacts, near).held() } else { None };
     if reach == Reach::Far && held.is_none() {
         return None;
     }
@@ -262,10 +254,10 @@ fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, near: &mut [Near
     let mut near = near.iter_mut();
     for collider in contacts.colliders {
         let known = mesh(collider).and_then(|mesh| Some((mesh, near.next()?)));
-        let way = length(collider.way_of(ends, contacts.dt, contacts.time));
+        let way = length(collider.way_of(ends, contacts.sub_step));
         let (distance, is_met) = match known {
             Some((mesh, near)) => reach_of_mesh::<R>(contacts, (collider, mesh), (ends, way), near),
-            None => (collider.distance(ends[1], contacts.time).0, false),
+            None => (collider.distance(ends[1], contacts.sub_step.end).0, false),
         };
         if is_met || distance < collider.margin {
             return Reach::Touched;
@@ -284,8 +276,7 @@ fn reach_of_mesh<R: Real>(
     (ends, way): ([[f64; 3]; 2], f64),
     near: &mut Near,
 ) -> (f64, bool) {
-    let Contacts { time, dt, .. } = contacts;
-    let place = collider.place(ends[1], time);
+    let place = collider.place(ends[1], contacts.sub_step.end);
     let needed = way.max(collider.margin);
     let least = near.at_least(place);
     if least >= needed {
@@ -297,19 +288,19 @@ fn reach_of_mesh<R: Real>(
         nearest
     });
     let rounding = 4.0 * R::ROUNDING * vec3::<f64>(ends[1]).amax();
-    let is_met = distance < way && has_passed(collider.into(), time, dt, ends, rounding);
+    let is_met = distance < way && has_passed(collider.into(), contacts.sub_step, ends, rounding);
     (distance, is_met)
 }
 
 impl<R: Real> Moved<'_, R> {
-    /// The sub-step as its method has it.
-    fn substep<'b>(&self, contacts: Contacts<'b>, near: &'b [Near]) -> SubStep<'b> {
+    /// The particle in the sub-step as its method has it.
+    fn encounter<'b>(&self, contacts: Contacts<'b>, near: &'b [Near]) -> Encounter<'b> {
         let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
         let x = [wide(self.from[0]), wide(self.x)];
         let v = [wide(self.from[1]), wide(self.v)];
         let rounding = 4.0 * R::ROUNDING * x[0].amax().max(x[1].amax());
-        let Contacts { colliders, time, dt, .. } = contacts;
-        SubStep { colliders, near, x, v, dt, end_time: time, rounding }
+        let Contacts { colliders, sub_step, .. } = contacts;
+        Encounter { colliders, near, x, v, sub_step, rounding }
     }
 
     /// Takes over what contact makes of the step: what two colliders that hold the particle make of it, if there are such, of
@@ -321,25 +312,25 @@ impl<R: Real> Moved<'_, R> {
         held: Option<(Answer, [Facing<'_>; 2])>,
         giving: &mut Giving<'_>,
     ) -> Answer {
-        let substep = self.substep(contacts, near);
-        let SubStep { x, v, dt, .. } = substep;
+        let encounter = self.encounter(contacts, near);
+        let Encounter { x, v, sub_step, .. } = encounter;
         let answer = match held {
             Some((answer, fingers)) => {
                 let half = (answer.v - v[1]) * 0.5;
                 for finger in &fingers {
-                    let moving = finger.velocity_at(array3(&answer.x), contacts.time);
+                    let moving = finger.velocity_at(array3(&answer.x), sub_step.end);
                     giving.touched(finger, &half, (&answer.x, moving));
                 }
                 answer
             }
-            None => substep.answer(giving),
+            None => encounter.answer(giving),
         };
 
         let narrow = |vector: Vec3<f64>| Padded::new(&vector.map(R::of));
         (*self.x, *self.v) = (narrow(answer.x), narrow(answer.v));
         if let Some([past_x, past_v]) = &mut self.past {
             let (way, change) = (x[1] - x[0], answer.v - v[1]);
-            **past_x = narrow(answer.x - way - change * dt);
+            **past_x = narrow(answer.x - way - change * sub_step.dt);
             **past_v = narrow(past_v.vector().map(R::to_f64) + change);
         }
         answer
@@ -353,9 +344,9 @@ fn passed<R: Real>(
     particle: u32,
     way: [Vec3<R>; 2],
 ) -> Option<Passed> {
-    let Contacts { colliders, time, dt, .. } = contacts;
+    let Contacts { colliders, sub_step, .. } = contacts;
     let way = way.map(|point| array3(&point));
     let rounding = 4.0 * R::ROUNDING * vec3::<f64>(way[1]).amax();
-    let first = facing(colliders, near).position(|collider| has_passed(collider, time, dt, way, rounding))?;
+    let first = facing(colliders, near).position(|collider| has_passed(collider, sub_step, way, rounding))?;
     Some(Passed { particle, collider: first as u32 })
 }

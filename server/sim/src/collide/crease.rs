@@ -71,9 +71,9 @@ impl<'a> Crease<'a> {
         }
         end.x += found.shift;
         let way = [flight.x, end.x].map(|x| array3(&x));
-        if has_passed(collider, self.touch.end_time, flight.left, way, self.rounding) {
+        if has_passed(collider, flight.left, way, self.rounding) {
             // Out of one face it would be in front of another, behind a solid: it stays where it met the first.
-            end.x = vec3(collider.carried(array3(&flight.x), flight.left, self.touch.end_time));
+            end.x = vec3(collider.carried(array3(&flight.x), flight.left));
             found.depth = self.margin - collider.distance(array3(&end.x), self.touch.end_time).0;
         }
         end.is_pinched = found.depth > PINCHED;

@@ -7,7 +7,10 @@
 //! conserved along it, whatever the method.
 
 use super::{facing::Facing, passed::first_within};
-use crate::math::{Vec3, array3, vec3};
+use crate::{
+    math::{Vec3, array3, vec3},
+    sub_step::SubStep,
+};
 
 /// Steps of the search for the place where a way meets a surface, at most.
 const SEARCH_STEPS: u32 = 64;
@@ -25,10 +28,8 @@ pub(super) struct Flight {
     pub(super) w: Vec3<f64>,
     /// Acceleration (m/s²).
     pub(super) a: Vec3<f64>,
-    /// Time (s) until the end of the sub-step.
-    pub(super) left: f64,
-    /// Time (s) at its end.
-    pub(super) end_time: f64,
+    /// What is left of the sub-step.
+    pub(super) left: SubStep,
 }
 
 /// Where a way meets a surface.
@@ -43,19 +44,24 @@ pub(super) struct Meeting {
 }
 
 impl Flight {
-    /// The way from `x[0]` to `x[1]` (m) in `dt` seconds that end at `end_time`, over which the velocity becomes
-    /// `v[1]` from `v[0]` (m/s). `rounding` (m) is that of positions.
-    pub(super) fn new(x: [Vec3<f64>; 2], v: [Vec3<f64>; 2], dt: f64, end_time: f64, rounding: f64) -> Self {
-        let change = v[1] - v[0];
+    /// The way from `x[0]` to `x[1]` (m) in a sub-step, over which the velocity becomes `v[1]` from `v[0]` (m/s).
+    /// `rounding` (m) is that of positions.
+    pub(super) fn new(x: [Vec3<f64>; 2], v: [Vec3<f64>; 2], sub_step: SubStep, rounding: f64) -> Self {
+        let (change, dt) = (v[1] - v[0], sub_step.dt);
         let w = (x[1] - x[0]) / dt - change * 0.5;
         // What differs by rounding alone is the same.
         let w = if (w - v[0]).amax() * dt <= rounding { v[0] } else { w };
-        Self { x: x[0], w, a: change / dt, left: dt, end_time }
+        Self { x: x[0], w, a: change / dt, left: sub_step }
     }
 
     /// The same up to some seconds from now.
     pub(super) fn until(&self, after: f64) -> Self {
-        Self { left: after, end_time: self.end_time - (self.left - after), ..*self }
+        Self { left: SubStep { dt: after, end: self.time(after) }, ..*self }
+    }
+
+    /// Time (s) some seconds from now.
+    fn time(&self, after: f64) -> f64 {
+        self.left.end - (self.left.dt - after)
     }
 
     /// Position (m) after some seconds.
@@ -65,12 +71,12 @@ impl Flight {
 
     /// Position (m) at the end of the sub-step.
     pub(super) fn end(&self) -> Vec3<f64> {
-        self.position(self.left)
+        self.position(self.left.dt)
     }
 
     /// Velocity (m/s) along the parabola at the end of the sub-step.
     pub(super) fn end_velocity(&self) -> Vec3<f64> {
-        self.w + self.a * self.left
+        self.w + self.a * self.left.dt
     }
 
     /// Goes on for some seconds.
@@ -78,39 +84,38 @@ impl Flight {
         let x = self.position(after);
         self.w += self.a * after;
         self.x = x;
-        self.left -= after;
+        self.left.dt -= after;
     }
 
     /// Velocity (m/s) of the surface of a collider where the particle is.
     pub(super) fn moving(&self, collider: Facing<'_>) -> Vec3<f64> {
-        vec3(collider.velocity_at(array3(&self.x), self.end_time - self.left))
+        vec3(collider.velocity_at(array3(&self.x), self.left.start()))
     }
 
     /// Its way (m) from here to an end (m), as a collider sees it that stands where it is at the end of the sub-step.
     pub(super) fn way_to(&self, end: &Vec3<f64>, collider: Facing<'_>) -> Vec3<f64> {
-        vec3(collider.way_of([array3(&self.x), array3(end)], self.left, self.end_time))
+        vec3(collider.way_of([array3(&self.x), array3(end)], self.left))
     }
 
     /// Distance (m) of a position, after some seconds, from where a particle touches, and the normal there.
     fn gap(&self, collider: Facing<'_>, after: f64) -> (f64, Vec3<f64>) {
-        let time = self.end_time - (self.left - after);
-        let (distance, normal) = collider.distance(array3(&self.position(after)), time);
+        let (distance, normal) = collider.distance(array3(&self.position(after)), self.time(after));
         (distance - collider.margin, vec3(normal))
     }
 
     /// A time (s) from now at which the way leads through a solid that it ends outside of.
     fn goes_through(&self, collider: Facing<'_>, spare: f64) -> Option<f64> {
-        let at_end = vec3::<f64>(collider.velocity_at(array3(&self.end()), self.end_time));
+        let at_end = vec3::<f64>(collider.velocity_at(array3(&self.end()), self.left.end));
         let speed = (self.w - self.moving(collider)).norm().max((self.w - at_end).norm());
-        let speed = speed + self.a.norm() * self.left;
-        let distance = |share: f64| self.gap(collider, share * self.left).0 + collider.margin;
-        first_within(distance, speed * self.left, spare).map(|share| share * self.left)
+        let speed = speed + self.a.norm() * self.left.dt;
+        let distance = |share: f64| self.gap(collider, share * self.left.dt).0 + collider.margin;
+        first_within(distance, speed * self.left.dt, spare).map(|share| share * self.left.dt)
     }
 
     /// Where the particle meets a collider that it ends inside of, or goes through if that has creases; none otherwise. What is inside by no more
     /// than `spare` (m) is on the surface.
     pub(super) fn meets(&self, collider: Facing<'_>, spare: f64) -> Option<Meeting> {
-        let (mut high, (mut end, mut normal_at_end)) = (self.left, self.gap(collider, self.left));
+        let (mut high, (mut end, mut normal_at_end)) = (self.left.dt, self.gap(collider, self.left.dt));
         if end >= 0.0 {
             if !collider.shape.has_creases() {
                 return None;
@@ -158,7 +163,7 @@ impl Flight {
         [mut low, mut high]: [f64; 2],
         [mut above, mut below]: [f64; 2],
     ) -> f64 {
-        let size = self.x.amax() + self.w.amax() * self.left + collider.margin;
+        let size = self.x.amax() + self.w.amax() * self.left.dt + collider.margin;
         let mut stayed = 0;
         for _ in 0..SEARCH_STEPS {
             let after = low + (high - low) * (above / (above - below));

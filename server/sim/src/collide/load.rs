@@ -14,6 +14,7 @@ use crate::{
     },
     parallel::{Share, sum_by},
     report::Load,
+    sub_step::SubStep,
 };
 
 /// Bytes that a block of particles takes for each collider: what it gives in a sub-step, and in a step.
@@ -91,8 +92,9 @@ impl Felt {
         Self { impulse, moment, work, contacts: contacts as u64, last: 0 }
     }
 
-    /// Adds itself to the load of its collider in a step of the world of `dt` seconds that ends at a time (s).
-    pub(crate) fn add_to(&self, load: &mut Load, collider: &Collider, [dt, end]: [f64; 2]) {
+    /// Adds itself to the load of its collider in a step of the world.
+    pub(crate) fn add_to(&self, load: &mut Load, collider: &Collider, whole: SubStep) {
+        let SubStep { dt, end } = whole;
         let away = minus(collider.shape.reference(), collider.pose(end).position);
         let moved = cross(away, self.impulse);
         for c in 0..3 {
@@ -298,12 +300,12 @@ mod tests {
         }
     }
 
-    fn load(collider: &Collider, given: &[([f64; 3], [f64; 3])], dt_and_end: [f64; 2]) -> Load {
+    fn load(collider: &Collider, given: &[([f64; 3], [f64; 3])], [dt, end]: [f64; 2]) -> Load {
         let (mut felt, mut load) = (Felt::default(), Load::default());
         for (given, at) in given {
-            felt.take(collider, *given, *at, collider.velocity_at(*at, dt_and_end[1]));
+            felt.take(collider, *given, *at, collider.velocity_at(*at, end));
         }
-        felt.add_to(&mut load, collider, dt_and_end);
+        felt.add_to(&mut load, collider, SubStep { dt, end });
         load
     }
 

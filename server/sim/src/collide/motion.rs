@@ -131,6 +131,19 @@ impl Way {
 
     /// Says what is wrong with its keys, if anything.
     pub(super) fn invalid(&self) -> Option<String> {
+        self.unsound().or_else(|| {
+            let pairs = self.keys.iter().zip(self.keys.iter().skip(1));
+            (1..).zip(pairs).find_map(|(number, (a, b))| {
+                let speed = length(minus(b.pose.position, a.pose.position)) / (b.time - a.time);
+                (speed > FASTEST).then(|| {
+                    format!("key {number} is reached at {speed} m/s: at most {FASTEST} m/s are allowed")
+                })
+            })
+        })
+    }
+
+    /// The same, however fast its keys are reached.
+    fn unsound(&self) -> Option<String> {
         if self.keys.is_empty() {
             return Some("its way has no keys: one or more are needed".to_owned());
         }
@@ -143,16 +156,24 @@ impl Way {
                 return Some(format!("the turn of key {number} has length {length}: length 1 is needed"));
             }
         }
-        let pairs = self.keys.iter().zip(self.keys.iter().skip(1));
-        (1..).zip(pairs).find_map(|(number, (a, b))| {
-            let duration = b.time - a.time;
-            if duration <= 0.0 {
-                return Some(format!("key {number} is at {} s: a time after {} s is needed", b.time, a.time));
-            }
-            let speed = length(minus(b.pose.position, a.pose.position)) / duration;
-            (speed > FASTEST)
-                .then(|| format!("key {number} is reached at {speed} m/s: at most {FASTEST} m/s are allowed"))
-        })
+        let back = (1..self.keys.len()).find(|key| self.keys[*key].time <= self.keys[key - 1].time)?;
+        let (time, after) = (self.keys[back].time, self.keys[back - 1].time);
+        Some(format!("key {back} is at {time} s: a time after {after} s is needed"))
+    }
+}
+
+impl Motion {
+    /// Says why no collider moves so, if none does. How fast it is is not looked at: the part of a way that a call gave to a
+    /// collider on its way may be faster than others.
+    pub(crate) fn unsound(&self) -> Option<String> {
+        let Self { velocity, way } = self;
+        if !velocity.iter().all(|c| c.is_finite()) {
+            return Some(format!("its velocity is not finite: {velocity:?}"));
+        }
+        if way.is_some() && *velocity != [0.0; 3] {
+            return Some("it has both a velocity and a way: one of them is needed".to_owned());
+        }
+        way.as_ref().and_then(Way::unsound)
     }
 }
 

@@ -9,7 +9,10 @@ use super::{
     motion::{Motion, Way},
     pose::Pose,
 };
-use crate::math::array::{length, minus};
+use crate::{
+    math::array::{length, minus},
+    sub_step::SubStep,
+};
 
 impl Collider {
     /// Where its reference point is at a time (s), and how it is turned.
@@ -93,21 +96,21 @@ impl Collider {
         length(minus(next, around)) / (to.time - from.time)
     }
 
-    /// The way (m) of a particle from a start to an end over the `dt` (s) before `time` (s), as the collider sees it that stands
-    /// where it is then.
-    pub(super) fn way_of(&self, [start, end]: [[f64; 3]; 2], dt: f64, time: f64) -> [f64; 3] {
+    /// The way (m) of a particle from where a sub-step starts to where it ends, as the collider sees it that stands where it is
+    /// at the end.
+    pub(super) fn way_of(&self, [start, end]: [[f64; 3]; 2], sub_step: SubStep) -> [f64; 3] {
         match &self.way {
-            None => [0, 1, 2].map(|c| end[c] - start[c] - self.velocity[c] * dt),
-            Some(_) => minus(end, self.carried(start, dt, time)),
+            None => [0, 1, 2].map(|c| end[c] - start[c] - self.velocity[c] * sub_step.dt),
+            Some(_) => minus(end, self.carried(start, sub_step)),
         }
     }
 
-    /// Where (m) at `time` (s) what goes along with it is that was at a point (m) `dt` (s) before.
-    pub(super) fn carried(&self, point: [f64; 3], dt: f64, time: f64) -> [f64; 3] {
+    /// Where (m) at the end of a sub-step what goes along with it is that was at a point (m) at the start.
+    pub(super) fn carried(&self, point: [f64; 3], sub_step: SubStep) -> [f64; 3] {
         let Some(way) = &self.way else {
-            return [0, 1, 2].map(|c| point[c] + self.velocity[c] * dt);
+            return [0, 1, 2].map(|c| point[c] + self.velocity[c] * sub_step.dt);
         };
-        let [from, to] = [time - dt, time].map(|time| way.at(time));
+        let [from, to] = sub_step.times().map(|time| way.at(time));
         if from.turn == to.turn {
             return [0, 1, 2].map(|c| point[c] + (to.position[c] - from.position[c]));
         }
@@ -164,14 +167,14 @@ impl Moved {
         Self(if has_way { colliders.to_vec() } else { Vec::new() })
     }
 
-    /// The colliders that it was made of, in a sub-step from one time (s) to another.
-    pub(crate) fn over<'a>(&'a mut self, colliders: &'a [Collider], times: [f64; 2]) -> &'a [Collider] {
+    /// The colliders that it was made of, in a sub-step.
+    pub(crate) fn over<'a>(&'a mut self, colliders: &'a [Collider], sub_step: SubStep) -> &'a [Collider] {
         if self.0.is_empty() {
             return colliders;
         }
         for (moved, collider) in self.0.iter_mut().zip(colliders) {
             if let (Some(moved), Some(way)) = (&mut moved.way, &collider.way) {
-                moved.take(way, times);
+                moved.take(way, sub_step.times());
             }
         }
         &self.0
@@ -185,6 +188,7 @@ mod tests {
     use crate::collide::{Contact, PoseKey, Shape, StartInside};
 
     const TIMES: [f64; 2] = [0.3, 0.31];
+    const SUB_STEP: SubStep = SubStep { dt: TIMES[1] - TIMES[0], end: TIMES[1] };
 
     fn turned(angle: f64) -> [f64; 4] {
         let (sin, cos) = (0.5 * angle).sin_cos();
@@ -245,19 +249,19 @@ mod tests {
     #[test]
     fn a_velocity_is_the_way_of_a_sub_step_over_its_length() {
         for shape in Shape::examples() {
-            let (rates, dt) = ([0.0, 2.3], TIMES[1] - TIMES[0]);
+            let (rates, dt) = ([0.0, 2.3], SUB_STEP.dt);
             for rate in rates {
                 let colliders = [collider(shape.clone(), keys(&shape, rate))];
                 let mut moved = Moved::of(&colliders);
-                let [moved] = moved.over(&colliders, TIMES) else { panic!("one") };
+                let [moved] = moved.over(&colliders, SUB_STEP) else { panic!("one") };
                 for point in points() {
-                    let end = moved.carried(point, dt, TIMES[1]);
+                    let end = moved.carried(point, SUB_STEP);
                     let velocity = [0, 1, 2].map(|c| (end[c] - point[c]) / dt);
                     for (at, time) in [(point, TIMES[0]), (end, TIMES[1])] {
                         let off = length(minus(moved.velocity_at(at, time), velocity));
                         assert!(off < 1e-11, "{rate} rad/s, {point:?}: off by {off:e} m/s");
                     }
-                    let way = moved.way_of([point, end], dt, TIMES[1]);
+                    let way = moved.way_of([point, end], SUB_STEP);
                     assert!(length(way) < 1e-15, "what goes along does not move: {way:?}");
                     // The velocity turns by the rate, and its size is the rate times the distance from the axis.
                     let turning = moved.turning(point, TIMES[0]);
@@ -275,7 +279,7 @@ mod tests {
         still.velocity = [0.1, 0.2, 0.3];
         let colliders = [still];
         let mut moved = Moved::of(&colliders);
-        assert!(std::ptr::eq(moved.over(&colliders, TIMES), colliders.as_slice()));
+        assert!(std::ptr::eq(moved.over(&colliders, SUB_STEP), colliders.as_slice()));
         assert_eq!(colliders[0].velocity_at([9.0; 3], 0.3), [0.1, 0.2, 0.3]);
         assert_eq!(colliders[0].turning([9.0; 3], 0.3), 0.0);
     }

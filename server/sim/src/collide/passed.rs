@@ -3,7 +3,10 @@
 //! Reads where the way starts and ends (m), and how the collider moves meanwhile.
 
 use super::facing::Facing;
-use crate::math::array::{dot, length};
+use crate::{
+    math::array::{dot, length},
+    sub_step::SubStep,
+};
 
 /// Steps of a search along the way of a particle, at most.
 const SEARCH_STEPS: u32 = 64;
@@ -11,20 +14,19 @@ const SEARCH_STEPS: u32 = 64;
 /// Distance from a surface at which a way has come to it, or within it at which it has gone in, over the length of the way.
 pub(super) const REACHED: f64 = 1e-3;
 
-/// Whether a particle went through a collider on its way, which has a start and an end (m): over the `dt` (s) before
-/// `time` (s). At the start it was outside; at the end it is within, or it came to the surface on its way and the nearest
-/// of it looked the other way at the start than at the end. No deeper inside than `spare` (m), it counts as outside.
+/// Whether a particle went through a collider on its way in a sub-step, which has a start and an end (m). At the start it was
+/// outside; at the end it is within, or it came to the surface on its way and the nearest of it looked the other way at the
+/// start than at the end. No deeper inside than `spare` (m), it counts as outside.
 pub(crate) fn has_passed(
     collider: Facing<'_>,
-    time: f64,
-    dt: f64,
+    sub_step: SubStep,
     [start, end]: [[f64; 3]; 2],
     spare: f64,
 ) -> bool {
     // As the collider sees it, which stands where it is at the end.
-    let way = collider.way_of([start, end], dt, time);
+    let way = collider.way_of([start, end], sub_step);
     let length = length(way);
-    let at = |share: f64| collider.distance([0, 1, 2].map(|c| end[c] - way[c] * share), time);
+    let at = |share: f64| collider.distance([0, 1, 2].map(|c| end[c] - way[c] * share), sub_step.end);
     let (distance, normal) = at(0.0);
     // No point of the surface is nearer than `distance`.
     if distance >= length || !length.is_finite() {
@@ -79,7 +81,7 @@ pub(super) fn first_within(distance: impl Fn(f64) -> f64, length: f64, spare: f6
 
 #[cfg(test)]
 mod tests {
-    use super::has_passed;
+    use super::{SubStep, has_passed};
     use crate::collide::{
         Collider, Contact, Shape, StartInside,
         shape::{Cuboid, Plane, Sphere},
@@ -87,6 +89,7 @@ mod tests {
 
     const TIME: f64 = 0.3;
     const DT: f64 = 0.1;
+    const SUB_STEP: SubStep = SubStep { dt: DT, end: TIME };
 
     /// A collider that stands at `time` [`TIME`] where its shape says.
     fn moving(shape: impl Fn([f64; 3]) -> Shape, velocity: [f64; 3]) -> Collider {
@@ -111,7 +114,7 @@ mod tests {
     }
 
     fn passes(collider: &Collider, from: f64, to: f64) -> bool {
-        has_passed(collider.into(), TIME, DT, [[from, 0.1, 0.2], [to, 0.1, 0.2]], 1e-4)
+        has_passed(collider.into(), SUB_STEP, [[from, 0.1, 0.2], [to, 0.1, 0.2]], 1e-4)
     }
 
     #[test]
@@ -146,7 +149,7 @@ mod tests {
     #[test]
     fn what_goes_round_a_ball_has_not_passed_and_nothing_comes_out_behind_a_plane() {
         let ball = moving(|center| Sphere { center, radius: 0.1 }.into(), [0.0; 3]);
-        let by = |y: f64| has_passed((&ball).into(), TIME, DT, [[-0.5, y, 0.0], [0.5, y, 0.0]], 1e-4);
+        let by = |y: f64| has_passed((&ball).into(), SUB_STEP, [[-0.5, y, 0.0], [0.5, y, 0.0]], 1e-4);
         assert!(by(0.05) && !by(0.15), "through it, and past it");
         let floor = moving(|point| Plane { point, normal: [1.0, 0.0, 0.0] }.into(), [0.0; 3]);
         assert!(passes(&floor, 0.5, -0.5) && !passes(&floor, -0.5, -0.7) && !passes(&floor, -0.5, 0.5));

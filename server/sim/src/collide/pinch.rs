@@ -5,7 +5,7 @@
 
 use super::{
     Collider,
-    answer::SubStep,
+    answer::Encounter,
     facing::{Facing, facing},
     touch::Answer,
 };
@@ -37,16 +37,18 @@ pub(super) fn can_hold(colliders: &[Collider]) -> bool {
     rubbing().count() > 1 && rubbing().any(|collider| collider.way.is_some())
 }
 
-impl<'a> SubStep<'a> {
+impl<'a> Encounter<'a> {
     /// What becomes of the particle if two colliders hold it, and these two: each gives half of the change of its velocity. Of
     /// several pairs one in which both have a way goes first, then the one that leaves the least room.
     pub(super) fn held(&self) -> Option<(Answer, [Facing<'a>; 2])> {
         let end = array3(&self.x[1]);
         let rubbing = facing(self.colliders, self.near).filter(|collider| collider.friction > 0.0);
-        let speed = |collider: Facing<'_>| vec3::<f64>(collider.velocity_at(end, self.end_time)).norm();
-        let went = (self.x[1] - self.x[0]).norm() + rubbing.clone().map(speed).fold(0.0, f64::max) * self.dt;
-        let is_near =
-            |collider: &Facing<'a>| !collider.is_beyond(end, self.end_time, REACH * (collider.margin + went));
+        let speed = |collider: Facing<'_>| vec3::<f64>(collider.velocity_at(end, self.sub_step.end)).norm();
+        let fastest = rubbing.clone().map(speed).fold(0.0, f64::max);
+        let went = (self.x[1] - self.x[0]).norm() + fastest * self.sub_step.dt;
+        let is_near = |collider: &Facing<'a>| {
+            !collider.is_beyond(end, self.sub_step.end, REACH * (collider.margin + went))
+        };
         let mut best = None::<Grip<'_>>;
         for (number, first) in rubbing.clone().enumerate() {
             if !is_near(&first) {
@@ -64,7 +66,7 @@ impl<'a> SubStep<'a> {
             }
         }
         let Grip { fingers, x, shift, .. } = best?;
-        let [first, second] = fingers.map(|finger| finger.velocity_at(array3(&x), self.end_time));
+        let [first, second] = fingers.map(|finger| finger.velocity_at(array3(&x), self.sub_step.end));
         let v = (vec3::<f64>(first) + vec3::<f64>(second)) * 0.5;
         // What is pushed to the middle may stretch springs, as what comes out of a solid does.
         let was_inside = shift > fingers.map(|finger| self.spare_of(finger)).into_iter().fold(0.0, f64::max);
@@ -75,17 +77,17 @@ impl<'a> SubStep<'a> {
     /// stops where it is then.
     fn grip(&self, fingers: [Facing<'a>; 2]) -> Option<Grip<'a>> {
         let start = array3(&self.x[0]);
-        let carried = fingers.map(|finger| vec3::<f64>(finger.carried(start, self.dt, self.end_time)));
+        let carried = fingers.map(|finger| vec3::<f64>(finger.carried(start, self.sub_step)));
         let [first, second] = fingers.map(|finger| finger.margin);
         // No farther than the particle and the fingers can be from each other.
         let most = first + second + (carried[0] - carried[1]).norm() + ROUNDINGS * self.rounding;
         let middle = |from: Vec3<f64>| self.middle(fingers, from, most);
-        if look(fingers, &self.x[0], self.end_time - self.dt).is_some()
+        if look(fingers, &self.x[0], self.sub_step.start()).is_some()
             && let Some(grip) = middle((carried[0] + carried[1]) * 0.5)
         {
             return Some(grip);
         }
-        let (distances, _) = look(fingers, &self.x[1], self.end_time)?;
+        let (distances, _) = look(fingers, &self.x[1], self.sub_step.end)?;
         if distances.iter().all(|distance| *distance >= 0.0) { middle(self.x[1]) } else { None }
     }
 
@@ -97,7 +99,7 @@ impl<'a> SubStep<'a> {
         let share = if both > 0.0 { margins[0] / both } else { 0.5 };
         let mut x = from;
         for looks in 1..=MOST_LOOKS {
-            let ([first, second], across) = look(fingers, &x, self.end_time)?;
+            let ([first, second], across) = look(fingers, &x, self.sub_step.end)?;
             // Both distances change by half of |across| per metre of a way along it.
             let by = across * (2.0 * (share * second - (1.0 - share) * first) / across.norm_squared());
             if by.norm() <= self.rounding || looks == MOST_LOOKS {
@@ -131,9 +133,12 @@ fn look(fingers: [Facing<'_>; 2], x: &Vec3<f64>, time: f64) -> Option<([f64; 2],
 #[allow(clippy::disallowed_methods, reason = "angles of the tests, not of a step")]
 mod tests {
     use super::*;
-    use crate::collide::{
-        Contact, Pose, PoseKey, Shape, StartInside, Way,
-        shape::{Cuboid, Plane, Sphere},
+    use crate::{
+        collide::{
+            Contact, Pose, PoseKey, Shape, StartInside, Way,
+            shape::{Cuboid, Plane, Sphere},
+        },
+        sub_step::SubStep,
     };
 
     const TIMES: [f64; 2] = [0.3, 0.31];
@@ -171,8 +176,9 @@ mod tests {
     fn held(colliders: &[Collider], x: [f64; 3], v: [f64; 3]) -> Option<(Answer, [usize; 2])> {
         let (x, v) = (vec3::<f64>(x), vec3::<f64>(v));
         let (x, v) = ([x, x + v * DT], [v, v]);
-        let substep = SubStep { colliders, near: &[], x, v, dt: DT, end_time: TIMES[1], rounding: 1e-15 };
-        let (answer, fingers) = substep.held()?;
+        let sub_step = SubStep { dt: DT, end: TIMES[1] };
+        let encounter = Encounter { colliders, near: &[], x, v, sub_step, rounding: 1e-15 };
+        let (answer, fingers) = encounter.held()?;
         let number = |finger: Facing<'_>| {
             colliders
                 .iter()

@@ -94,14 +94,14 @@ impl Rub<'_> {
         let impact = (-coming.dot(&normal)).clamp(0.0, pushed);
         let way = flight.way_to(&end.x, collider);
         // What rests on a surface that turns comes with the velocity that this had before.
-        let turning = collider.turning(array3(&flight.x), flight.end_time - flight.left);
+        let turning = collider.turning(array3(&flight.x), flight.left.start());
         if rests && along(&coming).norm() <= collider.friction * impact + FOLLOWS * turning {
             end.x -= along(&way);
         } else {
             let share = (impact + (pushed - impact) * felt) / pushed;
             // No farther back than where it met the surface.
             let most = (-way.dot(&slowing) / slowing.norm_squared()).max(0.0);
-            end.x += slowing * (flight.left * share).min(most);
+            end.x += slowing * (flight.left.dt * share).min(most);
         }
     }
 }

@@ -1,7 +1,8 @@
-//! Triangle meshes: edges, pairs of triangles, what is wrong with them. Topology only; no physics.
+//! Triangle meshes: edges, pairs of triangles, springs of their own, what is wrong with them. No physics.
 
 mod by_point;
 mod corners;
+mod springs;
 mod groups;
 mod repeats;
 mod slivers;
@@ -9,13 +10,22 @@ mod kept;
 mod weld;
 mod junctions;
 mod survey;
+mod around;
+#[cfg(test)]
+mod tests;
 
 use thiserror::Error;
 
 use crate::math::four_digits;
 
 pub(crate) use self::{by_point::sorted, corners::is_degenerate};
-pub use self::{groups::Groups, junctions::TJunctions, survey::Survey, weld::Welded};
+pub use self::{
+    groups::Groups,
+    junctions::TJunctions,
+    springs::{MeshSpring, SpringKind, repeated_spring},
+    survey::Survey,
+    weld::Welded,
+};
 
 use self::{
     corners::corner_edges,
@@ -36,6 +46,8 @@ pub struct TriangleMesh {
     pub uv: Vec<[f64; 2]>,
     /// Velocities (m/s), one per point; empty when the mesh carries none.
     pub velocities: Vec<[f64; 3]>,
+    /// Springs of its own; empty when the mesh carries none.
+    pub springs: Vec<MeshSpring>,
 }
 
 /// A mesh that cannot be simulated.
@@ -62,6 +74,12 @@ pub enum MeshError {
     VelocityCount { velocities: usize, points: usize },
     #[error("the velocity of point {point} is not finite: {value:?}")]
     VelocityNotFinite { point: usize, value: [f64; 3] },
+    #[error("spring {spring} names point {point}, but there are only {count} points (0 to {last})", last = count - 1)]
+    SpringPoint { spring: usize, point: u32, count: usize },
+    #[error("spring {spring} joins point {point} to itself: two points are needed")]
+    SpringToItself { spring: usize, point: u32 },
+    #[error("the {what} of spring {spring} is {value}; allowed: {allowed}")]
+    BadSpring { spring: usize, what: &'static str, value: f64, allowed: &'static str },
     #[error(
         "points cannot be joined over {distance} m; allowed for this mesh: {} to {} m, a tenth of its median edge",
         four_digits(*least),
@@ -234,6 +252,23 @@ impl TriangleMesh {
         if let Some(point) = self.uv.iter().position(|uv| uv.iter().any(|c| !c.is_finite())) {
             return Err(MeshError::UvNotFinite { point, value: self.uv[point] });
         }
+        self.validate_springs()
+    }
+
+    /// Checks the points and the numbers of its springs.
+    fn validate_springs(&self) -> Result<(), MeshError> {
+        let count = self.points.len();
+        for (spring, of) in self.springs.iter().enumerate() {
+            if let Some(&point) = of.points.iter().find(|&&point| point as usize >= count) {
+                return Err(MeshError::SpringPoint { spring, point, count });
+            }
+            if of.points[0] == of.points[1] {
+                return Err(MeshError::SpringToItself { spring, point: of.points[0] });
+            }
+            if let Some((what, value, allowed)) = of.wrong_number() {
+                return Err(MeshError::BadSpring { spring, what, value, allowed });
+            }
+        }
         Ok(())
     }
 
@@ -287,6 +322,10 @@ impl TriangleMesh {
             for &p in corners {
                 used[p as usize] = true;
             }
+        }
+
+        for &point in self.springs.iter().flat_map(|spring| &spring.points) {
+            used[point as usize] = true;
         }
 
         let isolated = used.iter().filter(|u| !**u).count();

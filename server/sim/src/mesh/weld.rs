@@ -52,7 +52,8 @@ type Filed = ([i64; 3], u32);
 
 impl TriangleMesh {
     /// Makes one of points that are nearer to each other than `distance` (m), also where only others between them are: the
-    /// first by index stays, with its place and its texture coordinates. Masses add up; a mass of 0 stays 0.
+    /// first by index stays, with its place and its texture coordinates. Masses add up; a mass of 0 stays 0. A spring between two
+    /// of them is gone.
     ///
     /// # Errors
     /// A distance that is too small for the coordinates or above a tenth of the median edge, and points that are too many to
@@ -82,6 +83,10 @@ impl TriangleMesh {
             let was_degenerate = is_degenerate(corners);
             *corners = corners.map(|point| firsts[point as usize]);
             was_degenerate || !is_degenerate(corners)
+        });
+        self.springs.retain_mut(|spring| {
+            spring.points = spring.points.map(|point| firsts[point as usize]);
+            spring.points[0] != spring.points[1]
         });
         let is_kept: Vec<bool> = (0u32..).zip(&firsts).map(|(point, first)| point == *first).collect();
         keep(self, &is_kept);
@@ -150,6 +155,11 @@ fn has_near_pair(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::{MeshSpring, SpringKind};
+
+    fn spring(points: [u32; 2]) -> MeshSpring {
+        MeshSpring { points, kind: SpringKind::Stretch, stiffness: 1.0, damping: 0.0, rest_length: None }
+    }
 
     fn on_a_line(places: &[f64]) -> TriangleMesh {
         let points = places.iter().map(|x| [*x, 0.0, 0.0]).collect();
@@ -170,7 +180,8 @@ mod tests {
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             masses: vec![1.0, 2.0, 0.0, 4.0, 5.0, 6.0],
             uv: (0..6).map(|i| [f64::from(i), 0.5]).collect(),
-            velocities: Vec::new(),
+            springs: [[2, 3], [0, 3], [4, 5]].map(spring).to_vec(),
+            ..TriangleMesh::default()
         };
         assert_eq!(mesh.weld(1e-6), Ok(Welded { joined: 2, dropped: 0 }));
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
@@ -178,6 +189,7 @@ mod tests {
         assert_eq!(mesh.masses, [5.0, 2.0, 0.0, 6.0]);
         assert_eq!(mesh.uv.iter().map(|uv| uv[0]).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 5.0]);
         assert_eq!(mesh.edges().len(), 5);
+        assert_eq!(mesh.springs, [[2, 0], [2, 3]].map(spring), "one of them joined a point to itself");
     }
 
     #[test]

@@ -74,26 +74,4 @@ impl Ranks {
         let lengths = lengths.as_chunks().0.iter().map(|length| u64::from_le_bytes(*length) as usize);
         self.communicator.gather(own, &lengths.collect::<Vec<_>>())
     }
-
-    /// Sends bytes to each rank, of which the others do not know how many come, and gives what came from each.
-    pub(crate) fn swap(&self, sent: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
-        let (size, rank) = self.size_and_rank();
-        let told: Vec<u8> = sent.iter().flat_map(|bytes| (bytes.len() as u64).to_le_bytes()).collect();
-        let mut lengths = Vec::new();
-        self.communicator.all_gather(&told, &vec![told.len(); size], &mut lengths);
-        let lengths = lengths.as_chunks().0;
-        let mut messages = Vec::new();
-        for (other, sent) in sent.into_iter().enumerate() {
-            let length = u64::from_le_bytes(lengths[other * size + rank]) as usize;
-            if other != rank && (length > 0 || !sent.is_empty()) {
-                messages.push(Message { rank: other, sent, received: vec![0; length] });
-            }
-        }
-        self.communicator.exchange(&mut messages);
-        let mut received = vec![Vec::new(); size];
-        for message in messages {
-            received[message.rank] = message.received;
-        }
-        received
-    }
 }

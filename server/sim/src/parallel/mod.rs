@@ -9,6 +9,7 @@ mod order;
 mod triad;
 mod zeroed;
 mod communicator;
+mod post;
 mod spare;
 mod border;
 mod party;
@@ -30,6 +31,7 @@ pub(crate) use each::{
     thread_number,
 };
 pub(crate) use hash::{hash_numbers, sum_hashes};
+pub(crate) use post::Post;
 pub(crate) use spare::{Lent, Spare};
 pub(crate) use zeroed::{size, zeroed};
 

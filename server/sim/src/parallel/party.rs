@@ -70,6 +70,14 @@ pub(super) fn ends(blocks: usize, size: usize) -> Vec<usize> {
     (1..=size).map(|rank| blocks * rank / size).collect()
 }
 
+/// The end of the blocks of each rank, from how many each has.
+pub(super) fn ends_of(counts: &[usize]) -> impl Iterator<Item = usize> {
+    counts.iter().scan(0, |end, count| {
+        *end += count;
+        Some(*end)
+    })
+}
+
 /// The rank that has a block.
 pub(super) fn owner(ends: &[usize], block: usize) -> usize {
     ends.partition_point(|end| *end <= block)
@@ -77,14 +85,16 @@ pub(super) fn owner(ends: &[usize], block: usize) -> usize {
 
 impl Party {
     pub(super) fn new(ranks: Ranks, ends: Vec<usize>, border: Border) -> Self {
-        let blocks = ends.last().copied().unwrap_or(0);
-        let subtrees = (0..ends.len()).map(|rank| {
-            let mut subtrees = 0;
-            subtrees_of(0..blocks, &range(&ends, rank), &mut |_| subtrees += 1);
-            subtrees
-        });
-        let subtrees = subtrees.collect();
+        let subtrees = subtrees_per_rank(&ends).collect();
         Self { ranks, ends, subtrees, border, lists: Spare::default() }
+    }
+
+    /// Takes over how many blocks each rank has from now on.
+    pub(super) fn recount(&mut self, counts: &[usize]) {
+        self.ends.clear();
+        self.ends.extend(ends_of(counts));
+        self.subtrees.clear();
+        self.subtrees.extend(subtrees_per_rank(&self.ends));
     }
 
     /// How many there are.
@@ -183,6 +193,16 @@ impl Party {
 fn range(ends: &[usize], rank: usize) -> Range<usize> {
     let start = if rank == 0 { 0 } else { ends[rank - 1] };
     start..ends[rank]
+}
+
+/// How many subtrees each rank adds by itself.
+fn subtrees_per_rank(ends: &[usize]) -> impl Iterator<Item = usize> {
+    let blocks = ends.last().copied().unwrap_or(0);
+    (0..ends.len()).map(move |rank| {
+        let mut subtrees = 0;
+        subtrees_of(0..blocks, &range(ends, rank), &mut |_| subtrees += 1);
+        subtrees
+    })
 }
 
 /// The largest subtrees below a range of blocks that lie within `own`, in their order.

@@ -8,7 +8,7 @@ use super::{
     border::Border,
     communicator::Ranks,
     each::Own,
-    party::{Numbers, Party, ends, owner},
+    party::{Numbers, Party, ends, ends_of, owner},
     sum_by,
 };
 use crate::math::{Bytes, Padded, Real, bytes};
@@ -139,17 +139,22 @@ impl Share {
 
     /// The part of a body of which each rank computes as many blocks as are counted.
     pub(crate) fn counted(ranks: &Ranks, counts: &[usize]) -> Self {
-        let mut end = 0;
-        let ends: Vec<usize> = counts
-            .iter()
-            .map(|count| {
-                end += count;
-                end
-            })
-            .collect();
-        let party = Party::new(ranks.clone(), ends, Border::of(Vec::new()));
+        let party = Party::new(ranks.clone(), ends_of(counts).collect(), Border::of(Vec::new()));
         let own = party.blocks(ranks.communicator.rank());
-        Self { block_size: 1, blocks: end, own, party: Some(Arc::new(party)) }
+        Self { block_size: 1, blocks: counts.iter().sum(), own, party: Some(Arc::new(party)) }
+    }
+
+    /// Takes over how many blocks each rank computes from now on, of a part that was counted.
+    pub(crate) fn recount(&mut self, counts: &[usize]) {
+        if let Some(party) = self.party.as_mut().and_then(Arc::get_mut) {
+            party.recount(counts);
+            self.blocks = counts.iter().sum();
+            self.own = party.blocks(party.ranks.communicator.rank());
+        } else if let Some(party) = &self.party {
+            // Somebody else has it too.
+            let ranks = party.ranks.clone();
+            *self = Self::counted(&ranks, counts);
+        }
     }
 
     /// How many blocks the whole body has.

@@ -11,12 +11,14 @@ mod cloth;
 mod snow;
 mod load;
 mod surface;
+mod rest;
 mod work;
 
 pub use bound::{BoundKind, TimeBound};
 pub use cloth::{ClothSteps, ErrorEstimate, Rejection};
 pub use failure::{StepError, StepFailure};
 pub use load::Load;
+pub use rest::RestReport;
 pub use snow::SnowReport;
 pub use stage::{NoStopwatch, Stage, StageClock, StageSeconds, Stopwatch};
 pub use surface::SurfaceReport;
@@ -82,6 +84,8 @@ pub struct StepReport {
     pub rejections: Vec<Rejection>,
     /// What kept the surfaces of cloth apart, all bodies together; none where no body has a thickness and nothing is counted.
     pub surface: Option<SurfaceReport>,
+    /// How much of the cloth lies still; none where nothing is watched.
+    pub rest: Option<RestReport>,
     /// Diagnostics of the snow; none without snow.
     pub snow: Option<SnowReport>,
     /// What the user should know although the step was taken.

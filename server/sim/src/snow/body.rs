@@ -71,9 +71,8 @@ impl<R: Real> Snow<R> {
 
     /// Adds what it gave to colliders in its last step of the world, which began as this one, to their loads.
     pub(crate) fn add_to(&self, around: &Surroundings<'_>, loads: &mut [Load]) {
-        let dt_and_end = [around.dt, around.time + around.dt];
-        for ((felt, load), collider) in self.work.felt.iter().zip(loads).zip(around.colliders) {
-            felt.add_to(load, collider, dt_and_end);
+        for ((felt, load), collider) in self.work.loads.felt.iter().zip(loads).zip(around.colliders) {
+            felt.add_to(load, collider, around.whole());
         }
     }
 

@@ -1,7 +1,7 @@
 //! A book of the energy of snow: what it gains that nothing gave, over the steps of a run.
 //!
-//! Enters: sums over the particles after each step of the world, and what colliders by their motion, given forces and hardening
-//! gave within it. Leaves: why the run ends, where more is owed than the method swings by (docs/laws/snow.md).
+//! Enters: sums over the particles after each step of the world, and what colliders and the medium by their motion, given forces
+//! and hardening gave within it. Leaves: why the run ends, where more is owed than the method swings by (docs/laws/snow.md).
 
 use serde::{Deserialize, Serialize};
 
@@ -66,7 +66,7 @@ pub(super) struct Taken {
     /// Steps of the snow, and the length of the last (s).
     pub(super) substeps: u32,
     pub(super) dt: f64,
-    /// What colliders by their motion, given forces and hardening gave (J).
+    /// What colliders and the medium by their motion, given forces and hardening gave (J).
     pub(super) given: f64,
     /// The velocity (m/s) of the surfaces that were touched, or of the whole where none was: what moves is seen from it.
     pub(super) frame: [f64; 3],
@@ -131,6 +131,23 @@ impl Book {
         }
     }
 
+    /// Whether it may be the book of a run.
+    pub(super) fn is_sound(&self) -> bool {
+        let Self { last, owed, motion, ratio } = self;
+        let is_amount = |number: f64| number.is_finite() && number >= 0.0;
+        let is_entry = |entry: &Entry| {
+            let Entry { moved, mass, momentum, moment, lifted } = entry;
+            let vectors = momentum.iter().chain(moment);
+            mass.is_finite()
+                && *mass > 0.0
+                && [moved, lifted].into_iter().chain(vectors).all(|n| n.is_finite())
+        };
+        is_amount(*owed)
+            && is_amount(*motion)
+            && (0.0..=1.0).contains(ratio)
+            && last.as_ref().is_none_or(is_entry)
+    }
+
     /// Its numbers for a hash of the state, where it owes something.
     pub(super) fn numbers(&self) -> Option<[f64; 3]> {
         (self.owed > 0.0).then_some([self.owed, self.motion, self.ratio])
@@ -167,6 +184,21 @@ mod tests {
         book.open(sums);
         book.note(0.5);
         book
+    }
+
+    #[test]
+    fn a_book_that_no_run_has_is_known() {
+        let sound = opened(sums(0.5, 1.0, 0.0));
+        assert!(sound.is_sound() && Book::default().is_sound());
+        for wrong in [
+            Book { owed: -1.0, ..sound },
+            Book { motion: f64::NAN, ..sound },
+            Book { ratio: 1.5, ..sound },
+            Book { last: Some(Entry { mass: 0.0, ..sums(0.5, 1.0, 0.0) }), ..sound },
+            Book { last: Some(Entry { moment: [0.0, f64::INFINITY, 0.0], ..sums(0.5, 1.0, 0.0) }), ..sound },
+        ] {
+            assert!(!wrong.is_sound(), "{wrong:?}");
+        }
     }
 
     #[test]

@@ -24,6 +24,7 @@ use crate::{
     interrupt::{self, Interrupt},
     math::{LANES, Real, dispatch},
     parallel::{Own, per_block_mut},
+    sub_step::SubStep,
 };
 
 /// A model, its state, and what a step works with.
@@ -151,9 +152,15 @@ fn volumes_from_grid<R: Real>(
     of: &[bool],
 ) {
     let never = Interrupt::default();
-    let still = StepContext { dt: 0.0, time: 0.0, gravity: [0.0; 3], colliders: &[], interrupt: &never };
-    particles_to_grid(model, particles, work.sorter.sorted(), &mut work.grid, still.dt);
-    let (diagnostics, loads) = (&mut work.block_diagnostics, &mut work.node_loads);
+    let still = StepContext {
+        sub_step: SubStep::default(),
+        gravity: [0.0; 3],
+        wind: [0.0; 3],
+        colliders: &[],
+        interrupt: &never,
+    };
+    particles_to_grid(model, particles, work.sorter.sorted(), &mut work.grid, still.sub_step.dt);
+    let (diagnostics, loads) = (&mut work.block_diagnostics, &mut work.loads.nodes);
     work.grid_diagnostics = update_grid(model, &still, &mut work.grid, diagnostics, loads);
 
     let density = densities(model, particles, work.sorter.sorted(), &work.grid);

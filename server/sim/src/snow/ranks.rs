@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     math::Real,
-    parallel::{Message, Ranks, Share, hash_numbers},
+    parallel::{Post, Ranks, Share, hash_numbers},
     report::Notices,
 };
 
@@ -34,20 +34,34 @@ pub(super) struct SnowRanks {
     /// Blocks of particles, and of nodes, of all ranks.
     pub(super) blocks: Share,
     pub(super) nodes: Share,
+    /// How many of each there are on each rank, while that is told.
+    counts: [Vec<usize>; 2],
+    /// Keys of blocks of others that are needed, while they are being found.
+    others: Vec<u64>,
+    /// What goes to others and comes from them.
+    pub(super) post: Post,
+    /// Places in the order that particles are put in, and which of them are own ones.
+    pub(super) order: Vec<u32>,
+    pub(super) is_own: Vec<bool>,
 }
 
 impl SnowRanks {
     pub(super) fn new(ranks: Ranks) -> Self {
         let (size, _) = ranks.size_and_rank();
-        let none = Share::counted(&ranks, &vec![0; size]);
+        let [blocks, nodes] = [(); 2].map(|()| Share::counted(&ranks, &vec![0; size]));
         Self {
             ranks,
             cuts: Vec::new(),
             place_of: Vec::new(),
             sent: vec![Vec::new(); size],
             received: vec![Vec::new(); size],
-            blocks: none.clone(),
-            nodes: none,
+            blocks,
+            nodes,
+            counts: [Vec::new(), Vec::new()],
+            others: Vec::new(),
+            post: Post::default(),
+            order: Vec::new(),
+            is_own: Vec::new(),
         }
     }
 
@@ -106,42 +120,45 @@ impl SnowRanks {
                 }
             }
         }
-        let keys = |blocks: &Vec<u32>| {
-            blocks.iter().flat_map(|block| grid.blocks[*block as usize].to_le_bytes()).collect()
-        };
-        let keys = self.ranks.swap(sent.iter().map(keys).collect());
         self.sent = sent;
-        let keys = keys.iter().map(|bytes| bytes.as_chunks().0.iter().map(|key| u64::from_le_bytes(*key)));
-        let mut others: Vec<u64> = keys.clone().flatten().collect();
+
+        let Self { ranks, sent, received, others, post, .. } = self;
+        post.clear(sent.len());
+        for (other, blocks) in sent.iter().enumerate() {
+            let keys = blocks.iter().flat_map(|block| grid.blocks[*block as usize].to_le_bytes());
+            post.sent_to(other).extend(keys);
+        }
+        post.swap(ranks);
+
+        others.clear();
+        others.extend(post.received().flat_map(keys_in));
         others.sort_unstable();
         let place = |key: u64| others.binary_search(&key).expect("it was put there") as u32;
-        self.received = keys.map(|keys| keys.map(place).collect()).collect();
-        let has_changed = others != grid.others;
-        grid.others = others;
+        for (places, bytes) in received.iter_mut().zip(post.received()) {
+            places.clear();
+            places.extend(keys_in(bytes).map(place));
+        }
+        let has_changed = *others != grid.others;
+        std::mem::swap(others, &mut grid.others);
         has_changed
     }
 
     /// Fetches the tiles of others, of `len` numbers each.
-    pub(super) fn fetch_tiles<R: Real>(&self, own: usize, tiles: &mut [R], len: usize) {
-        let (_, rank) = self.ranks.size_and_rank();
+    pub(super) fn fetch_tiles<R: Real>(&mut self, own: usize, tiles: &mut [R], len: usize) {
         let bytes = len * R::BYTES;
-        let others = (0..self.sent.len()).filter(|other| {
-            *other != rank && !(self.sent[*other].is_empty() && self.received[*other].is_empty())
-        });
-        let mut messages: Vec<_> = others
-            .map(|other| {
-                let blocks = self.sent[other].iter().map(|block| *block as usize);
-                let mut sent = vec![0; blocks.len() * bytes];
-                let numbers = blocks.flat_map(|block| &tiles[block * len..(block + 1) * len]);
-                numbers.zip(sent.chunks_exact_mut(R::BYTES)).for_each(|(number, bytes)| number.write(bytes));
-                let received = vec![0; self.received[other].len() * bytes];
-                Message { rank: other, sent, received }
-            })
-            .collect();
-        self.ranks.communicator.exchange(&mut messages);
-        for message in messages {
-            for (block, bytes) in self.received[message.rank].iter().zip(message.received.chunks_exact(bytes))
-            {
+        let Self { ranks, sent, received, post, .. } = self;
+        post.clear(sent.len());
+        for (other, (sent, received)) in sent.iter().zip(&*received).enumerate() {
+            let to = post.sent_to(other);
+            to.resize(sent.len() * bytes, 0);
+            let blocks = sent.iter().map(|block| *block as usize);
+            let numbers = blocks.flat_map(|block| &tiles[block * len..(block + 1) * len]);
+            numbers.zip(to.chunks_exact_mut(R::BYTES)).for_each(|(number, bytes)| number.write(bytes));
+            post.expect_from(other, received.len() * bytes);
+        }
+        post.exchange(ranks);
+        for (received, all) in received.iter().zip(post.received()) {
+            for (block, bytes) in received.iter().zip(all.chunks_exact(bytes)) {
                 let start = (own + *block as usize) * len;
                 let numbers = bytes.chunks_exact(R::BYTES);
                 tiles[start..start + len]
@@ -155,33 +172,40 @@ impl SnowRanks {
     /// Tells what a step found, hands over what each rank tells, in their order, and takes over how many blocks each has now.
     /// Returns what was given in all (J), of which `given` is that of own blocks before.
     pub(super) fn count(&mut self, told: &Found, given: &[f64], mut each: impl FnMut(&Found)) -> f64 {
-        let (mut blocks, mut nodes) = (Vec::new(), Vec::new());
-        let [given] = self.blocks.sum_own_and_tell(given, &|given| [*given], told.numbers(), |numbers| {
+        let Self { blocks, nodes, counts: [of_blocks, of_nodes], .. } = self;
+        of_blocks.clear();
+        of_nodes.clear();
+        let [given] = blocks.sum_own_and_tell(given, &|given| [*given], told.numbers(), |numbers| {
             let found = Found::of(&numbers);
-            blocks.push(found.blocks);
-            nodes.push(found.nodes);
+            of_blocks.push(found.blocks);
+            of_nodes.push(found.nodes);
             each(&found);
         });
-        (self.blocks, self.nodes) =
-            (Share::counted(&self.ranks, &blocks), Share::counted(&self.ranks, &nodes));
+        blocks.recount(of_blocks);
+        nodes.recount(of_nodes);
         given
     }
 
     /// What all nodes add up to, from what own ones do, block by block.
     pub(super) fn total(&self, own: GridDiagnostics, blocks: &[GridDiagnostics]) -> GridDiagnostics {
         let mut total = GridDiagnostics::default();
-        let of = |block: &GridDiagnostics| [block.mass, block.dropped];
         let [x, y, z] = own.fastest.map(f64::from);
         let told = [own.contacts as f64, own.speed2, x, y, z];
-        [total.mass, total.dropped] =
-            self.nodes.sum_own_and_tell(blocks, &of, told, |[contacts, speed2, x, y, z]| {
-                total.contacts += contacts as u64;
-                if (speed2 > total.speed2 || speed2.is_nan()) && !total.speed2.is_nan() {
-                    (total.speed2, total.fastest) = (speed2, [x, y, z].map(|c| c as i32));
-                }
-            });
+        let each = |[contacts, speed2, x, y, z]: [f64; 5]| {
+            total.contacts += contacts as u64;
+            if (speed2 > total.speed2 || speed2.is_nan()) && !total.speed2.is_nan() {
+                (total.speed2, total.fastest) = (speed2, [x, y, z].map(|c| c as i32));
+            }
+        };
+        let sums = self.nodes.sum_own_and_tell(blocks, &GridDiagnostics::sums, told, each);
+        [total.mass, total.dropped, total.medium_work, total.wind_work] = sums;
         total
     }
+}
+
+/// The keys that were sent as bytes.
+fn keys_in(bytes: &[u8]) -> impl Iterator<Item = u64> {
+    bytes.as_chunks().0.iter().map(|key| u64::from_le_bytes(*key))
 }
 
 /// A key to cut at: that of a block, or the one behind it. From an odd seed two ranks at a time have the same.

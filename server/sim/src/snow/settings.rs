@@ -180,6 +180,8 @@ pub struct SnowSettings {
     pub periodic: [u32; 3],
     /// Largest kinetic plus elastic energy (J): a step that ends with more fails. None: no limit.
     pub max_energy: Option<f64>,
+    /// Drag of the medium (1/s): a node of mass m feels -drag m (v - wind), by the velocity at the end of a step. 0: none.
+    pub drag: f64,
 }
 
 impl SnowSettings {
@@ -196,6 +198,7 @@ impl SnowSettings {
             ballistic_below: 0.0,
             periodic: [0; 3],
             max_energy: None,
+            drag: 0.0,
         }
     }
 
@@ -212,6 +215,9 @@ impl SnowSettings {
         }
         None
     }
+
+    /// The largest drag (1/s) that is taken.
+    pub const MOST_DRAG: f64 = 1e9;
 
     /// The cap on sub-steps of a scene that names none.
     pub const MAX_SUBSTEPS: u32 = 10_000;

@@ -111,6 +111,7 @@ fn settings_error(settings: &SnowSettings) -> Option<String> {
             Integration::Explicit => None,
         })
         .or_else(|| within("ballistic_below", settings.ballistic_below, 0.0, 1.0))
+        .or_else(|| within("drag", settings.drag, 0.0, SnowSettings::MOST_DRAG))
         .or_else(|| {
             (settings.max_substeps == 0).then(|| "max_substeps is 0: at least 1 is needed".to_owned())
         })

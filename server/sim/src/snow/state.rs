@@ -30,6 +30,30 @@ pub struct SnowState<R: Real> {
     pub(super) book: Book,
 }
 
+/// What the steps since the step of the world began add up to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Totals {
+    /// What they cost.
+    pub(super) spent: Work,
+    /// Energy (J) that hardening, given forces and the wind gave.
+    pub(super) given: f64,
+    /// Work (J) of given forces, which is part of what was given, and of the medium.
+    pub(super) external: f64,
+    /// Particles that went through a collider.
+    pub(super) notices: Notices,
+}
+
+/// What colliders feel.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Loads {
+    /// What blocks of nodes and of particles gave to each collider in the last step, and the sums over all nodes.
+    pub(super) nodes: BlockLoads,
+    pub(super) particles: BlockLoads,
+    of_nodes: Vec<Felt>,
+    /// What each collider felt since the step of the world began.
+    pub(super) felt: Vec<Felt>,
+}
+
 /// What follows from the state, and scratch memory: a step allocates nothing once it has its size.
 #[derive(Clone, Debug, Default)]
 pub struct SnowWorkspace<R: Real> {
@@ -55,22 +79,10 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) implicit: ImplicitWorkspace<R>,
     /// Sums over the particles of each block.
     pub(super) partials: Vec<[f64; SUMS]>,
-    /// What the steps since the step of the world began cost.
-    pub(super) spent: Work,
-    /// Energy (J) that hardening and given forces gave since then.
-    pub(super) given: f64,
-    /// Work (J) of given forces since then; it is part of what was given.
-    pub(super) external: f64,
+    pub(super) totals: Totals,
     /// Forces on particles (N), in the user's numbering; none where all are 0.
     pub(super) forces: Vec<[f64; 3]>,
-    /// What blocks of nodes and of particles gave to each collider in the last step, and the sums over all nodes.
-    pub(super) node_loads: BlockLoads,
-    pub(super) particle_loads: BlockLoads,
-    pub(super) of_nodes: Vec<Felt>,
-    /// What each collider felt since the step of the world began.
-    pub(super) felt: Vec<Felt>,
-    /// Particles that went through a collider since then.
-    pub(super) notices: Notices,
+    pub(super) loads: Loads,
 }
 
 impl<R: Real> SnowWorkspace<R> {
@@ -81,20 +93,20 @@ impl<R: Real> SnowWorkspace<R> {
 
     /// Adds up what all nodes gave to each collider.
     pub(super) fn sum_node_loads(&mut self) {
-        let Self { node_loads, of_nodes, ranks, grid, felt, .. } = self;
+        let Self { loads: Loads { nodes, of_nodes, felt, .. }, ranks, grid, .. } = self;
         let share = ranks.as_ref().map(|ranks| &ranks.nodes);
         of_nodes.clear();
-        let sum = |collider| node_loads.sum_own(grid.own_nodes.clone(), share, collider);
+        let sum = |collider| nodes.sum_own(grid.own_nodes.clone(), share, collider);
         of_nodes.extend((0..felt.len()).map(sum));
     }
 
     /// Takes over what all nodes and particles gave to each collider in a step.
     pub(super) fn take_loads(&mut self) {
-        let Self { particle_loads, of_nodes, ranks, grid, felt, .. } = self;
+        let Self { loads: Loads { particles, of_nodes, felt, .. }, ranks, grid, .. } = self;
         let share = ranks.as_ref().map(|ranks| &ranks.blocks);
         for (collider, (felt, of_nodes)) in felt.iter_mut().zip(&*of_nodes).enumerate() {
             felt.add(of_nodes);
-            felt.add(&particle_loads.sum_own(0..grid.blocks.len(), share, collider));
+            felt.add(&particles.sum_own(0..grid.blocks.len(), share, collider));
         }
     }
 

@@ -87,7 +87,7 @@ fn run<R: Real>(transfer: Transfer, seed: Option<u64>) -> (Vec<String>, Vec<Vec<
             interrupt: &interrupt,
         };
         let step: SnowStep = snow.step(&around, &mut NoStopwatch).expect("a stable step");
-        told.push(format!("{step:?} {:?}", snow.work.given.to_bits()));
+        told.push(format!("{step:?} {:?}", snow.work.totals.given.to_bits()));
     }
     let particles = &snow.state.particles;
     let mut ends = vec![Vec::new(); particles.len()];

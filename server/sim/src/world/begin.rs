@@ -115,5 +115,6 @@ impl<R: Real> Cloth<R> {
             let particle = parts.of_all(model.user[row]) as usize;
             state.v[row] = Padded::new(&vec3(at.velocities[particle]));
         }
+        self.watch_anew();
     }
 }

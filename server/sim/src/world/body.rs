@@ -96,7 +96,7 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// Memory of what changes have given it: ways of pins, and forces (bytes).
+    /// Memory of what changes have given it: ways of pins, forces, and pulls (bytes).
     pub(super) fn changed_bytes(&self) -> usize {
         on_body!(self, body => body.changed_bytes())
     }
@@ -111,7 +111,7 @@ impl<R: Real> Body<R> {
         on_body!(self, body => body.read(field, out));
     }
 
-    /// Adds the parameters that may change to a hash, and forces that calls have set.
+    /// Adds the parameters that may change to a hash, and forces and pulls that calls have set.
     pub(super) fn hash_parameters(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
         match self {
             Self::Cloth(cloth) => cloth.hash_parameters(hasher),

@@ -26,7 +26,7 @@ pub struct Carried {
 /// What further steps depend on and no number of a saved frame says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// Gravity, wind, parameters, forces, or ways of colliders that calls have changed.
+    /// Gravity, wind, parameters, forces, pulls, or ways of colliders that calls have changed.
     Calls,
     /// The sub-step before, of integrators that know of it.
     Past,
@@ -106,9 +106,9 @@ impl<R: Real> World<R> {
 }
 
 impl<R: Real> Cloth<R> {
-    /// Whether calls have changed its parameters or act on it by forces.
+    /// Whether calls have changed its parameters or act on it by forces or pulls.
     fn is_changed(&self) -> bool {
-        self.parameters != self.start.1 || !self.acting.called().is_empty()
+        self.parameters != self.start.1 || !self.acting.called().is_empty() || !self.pulls.is_empty()
     }
 
     /// Whether solves use patches, or begin with those that a solve before left.

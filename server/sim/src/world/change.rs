@@ -42,7 +42,12 @@ impl<R: Real> World<R> {
     }
 
     fn apply_one(&mut self, change: &Change) {
-        if !matches!(change, Change::Pin { .. } | Change::PinPath { .. } | Change::Collider(_)) {
+        // Where forces jump, the past says nothing of them. Pulls jump where they begin and end: they see to it themselves.
+        let goes_on = matches!(
+            change,
+            Change::Pin { .. } | Change::PinPath { .. } | Change::Collider(_) | Change::Pull(_)
+        );
+        if !goes_on {
             self.cloths_mut().for_each(Cloth::forget_past);
         }
         if matches!(change, Change::State { .. } | Change::Reset) {
@@ -78,6 +83,10 @@ impl<R: Real> World<R> {
                 for it in &mut self.bodies {
                     it.set_forces(body, particles, forces);
                 }
+            }
+            Change::Pull(asked) => {
+                let dt = self.dt;
+                self.cloths_mut().for_each(|cloth| cloth.set_pulls(asked, dt));
             }
             Change::State { body, positions, velocities } => {
                 for it in &mut self.bodies {

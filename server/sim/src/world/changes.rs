@@ -9,6 +9,7 @@ use thiserror::Error;
 use super::{
     collider_move::{ColliderMove, MoveError, there_are},
     forces::Forces,
+    pulls::{Pull, PullError},
     vectors::Vectors,
 };
 use crate::{cloth::SpringKind, math::number};
@@ -76,6 +77,8 @@ pub enum Change {
         /// The forces on them (N).
         forces: Forces,
     },
+    /// Pulls at particles of a cloth, or no longer, in place of the pulls that there were on them.
+    Pull(Pull),
     /// Puts all particles of a body elsewhere, and forgets what was before: pins stand where they are put, and snow is without
     /// deformation. A body is put once among changes that are applied together.
     State {
@@ -94,13 +97,16 @@ pub enum Change {
 const BYTES_PER_CHANGE: usize = 1024;
 
 impl Change {
-    /// What it counts for in bounds on changes: 1, or 1 for each point of a path or of a way, or for each KiB of forces or of a state.
+    /// What it counts for in bounds on changes: 1, or 1 for each point of a path or of a way, or for each KiB of forces, of pulls or of a state.
     pub fn weight(&self) -> usize {
         match self {
             Self::PinPath { points, .. } => points.len(),
             Self::Collider(asked) => asked.keys.len(),
             Self::Force { particles, forces, .. } => {
                 1 + (size_of_val(&**particles) + size_of_val(forces.all())) / BYTES_PER_CHANGE
+            }
+            Self::Pull(Pull { particles, points, .. }) => {
+                1 + (size_of_val(&**particles) + size_of_val(&**points)) / BYTES_PER_CHANGE
             }
             Self::State { positions, velocities, .. } => {
                 let velocities = velocities.as_deref().unwrap_or_default();
@@ -118,6 +124,9 @@ impl Change {
             Self::Force { body, particles, forces } => {
                 let each = if let Forces::Each(each) = forces { size_of_val(&**each) } else { 0 };
                 body.len() + size_of_val(&**particles) + each
+            }
+            Self::Pull(Pull { body, particles, points, .. }) => {
+                body.len() + size_of_val(&**particles) + size_of_val(&**points)
             }
             Self::State { body, positions, velocities } => {
                 body.len() + positions.bytes() + velocities.as_ref().map_or(0, Vectors::bytes)
@@ -200,6 +209,8 @@ pub enum ChangeError {
     NotPinned { particle: u32 },
     #[error("there is no particle {particle}: there are {count}, from 0")]
     NoSuchParticle { particle: u32, count: usize },
+    #[error(transparent)]
+    Pull(#[from] PullError),
     #[error(transparent)]
     Collider(#[from] MoveError),
     #[error("the path of particle {particle} has no points: one or more are needed")]

@@ -18,7 +18,7 @@ use crate::{
     interrupt::Interrupt,
     math::Real,
     parallel::Ranks,
-    report::{Diagnostics, Load, NoStopwatch, StepError, StepFailure, StepReport, Stopwatch},
+    report::{Diagnostics, Load, NoStopwatch, RestReport, StepError, StepFailure, StepReport, Stopwatch},
     surroundings::Surroundings,
 };
 
@@ -152,10 +152,20 @@ impl<R: Real> World<R> {
             return Err(StepError { step: self.step_count, time, body, failure });
         }
 
+        for cloth in self.bodies.iter_mut().filter_map(Body::as_cloth_mut) {
+            let told = cloth.look_at_rest(self.dt);
+            report.rest = told.into_iter().chain(report.rest).reduce(RestReport::with);
+        }
         self.loads = report.loads.clone();
-        self.step_count += 1;
+        self.count_step();
         (report.step, report.time) = (self.step_count, self.time());
         Ok(report)
+    }
+
+    /// Counts a step that was taken: pulls end with it.
+    pub(super) fn count_step(&mut self) {
+        self.step_count += 1;
+        self.bodies.iter_mut().filter_map(Body::as_cloth_mut).for_each(Cloth::pass_pulls);
     }
 
     /// What surrounds bodies in the next step.
@@ -166,7 +176,7 @@ impl<R: Real> World<R> {
         Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt }
     }
 
-    /// Memory of what changes have given it: ways of colliders and pins, and forces (bytes).
+    /// Memory of what changes have given it: ways of colliders and pins, forces, and pulls (bytes).
     pub(super) fn changed_bytes(&self) -> usize {
         let ways = self.colliders.iter().map(Collider::way_bytes).sum::<usize>();
         ways + self.bodies.iter().map(Body::changed_bytes).sum::<usize>()

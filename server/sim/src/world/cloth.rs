@@ -9,6 +9,7 @@ use xxhash_rust::xxh3::Xxh3;
 use super::{
     forces::{Acting, TimedForce},
     parts::{Part, Parts},
+    pulls::{Held, Pulls},
     report::BodyReport,
     setup::SetupError,
     together::{Member, check_apart},
@@ -17,7 +18,7 @@ use super::{
 use crate::{
     cloth::{
         self, ClothReport, ClothSettings, Gain, Joined, LawEntry, Model, Parameters, PathPoint, PinMotion,
-        State, Stepping, Workspace,
+        State, StepMemory, Stepping, Watch,
     },
     linalg::PreconditionerKind,
     math::{Padded, Real, Sixteen, array3},
@@ -30,12 +31,15 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(super) struct Taken<R: Real> {
-    state: State<R>,
-    parameters: Parameters,
+    pub(super) state: State<R>,
+    pub(super) parameters: Parameters,
     /// Pins sent since the last step.
-    sent: Vec<PinMotion>,
+    pub(super) sent: Vec<PinMotion>,
     /// Forces that calls have set (N), of each particle, or none.
-    forces: Vec<[f64; 3]>,
+    pub(super) forces: Vec<[f64; 3]>,
+    pub(super) pulls: Vec<Held>,
+    /// No step depends on it; what later steps tell does.
+    pub(super) watch: Option<Watch<R>>,
 }
 
 /// Positions (m) and velocities (m/s) in the model's order, and parameters.
@@ -47,12 +51,15 @@ pub(super) struct Cloth<R: Real> {
     pub(super) parts: Parts,
     pub(super) model: Model<R>,
     pub(super) parameters: Parameters,
-    settings: ClothSettings,
+    pub(super) settings: ClothSettings,
     pub(super) state: State<R>,
-    pub(super) work: Workspace<R>,
+    pub(super) memory: StepMemory<R>,
     /// Pins sent since the last step, in the order in which they were sent.
     pub(super) sent: Vec<PinMotion>,
     pub(super) acting: Acting,
+    pub(super) pulls: Pulls,
+    /// How still it lies, where the scene asks for that.
+    pub(super) watch: Option<Watch<R>>,
     /// Its state and parameters at the start.
     pub(super) start: Arc<Start<R>>,
 }
@@ -66,7 +73,8 @@ impl<R: Real> Cloth<R> {
         ranks: Option<&Ranks>,
     ) -> Result<(Self, Vec<String>), SetupError> {
         for (body, _) in members {
-            let sound = cloth::check_network(&body.network, &body.settings);
+            let sound = cloth::check_network(&body.network, &body.settings)
+                .and_then(|()| cloth::check_rest::<R>(&body.network, &body.settings));
             sound.map_err(|message| SetupError::Body { body: body.name.clone(), message })?;
         }
         let joined = Joined::of(members.iter().map(|(body, _)| &body.network).collect());
@@ -92,6 +100,7 @@ impl<R: Real> Cloth<R> {
         let parts = Parts::new(model.laws_of_parts.iter().enumerate().map(part).collect());
         let state = State { x: model.arrange(&whole.x), v: model.arrange(&whole.v), ..State::default() };
         let start = Arc::new(([state.x.clone(), state.v.clone()], parameters.clone()));
+        let watch = settings.rest.map(|_| Watch::new(&model, &state.x));
 
         let mut cloth = Self {
             parts,
@@ -99,9 +108,11 @@ impl<R: Real> Cloth<R> {
             parameters,
             settings,
             state,
-            work: Workspace::new(),
+            memory: StepMemory::default(),
             sent: Vec::new(),
             acting: Acting::default(),
+            pulls: Pulls::default(),
+            watch,
             start,
         };
 
@@ -137,8 +148,8 @@ impl<R: Real> Cloth<R> {
 
     /// Itself in the middle of a step.
     pub(super) fn stepping<'a>(&'a mut self, around: &'a Surroundings<'a>) -> Stepping<'a, R> {
-        let Self { model, parameters, settings, state, work, .. } = self;
-        Stepping { model, parameters, settings, around, state, work }
+        let Self { model, parameters, settings, state, memory, .. } = self;
+        Stepping { model, parameters, settings, around, state, memory }
     }
 
     /// Length of the sub-steps that its scene asks for (s).
@@ -155,7 +166,7 @@ impl<R: Real> Cloth<R> {
     /// tolerance.
     pub(super) fn strain(&self) -> Option<f64> {
         let order = f64::from(self.settings.integrator.order());
-        let ratio = self.work.tried_error() / self.settings.tolerance?;
+        let ratio = self.memory.tried_error() / self.settings.tolerance?;
         Some(libm::pow(ratio, 1.0 / (order + 1.0)))
     }
 
@@ -169,32 +180,38 @@ impl<R: Real> Cloth<R> {
         BodyReport { diagnostics, contact_count, solve, surface, snow, notices, work }
     }
 
-    /// Memory of the ways of its pins and of the forces that calls have set (bytes).
+    /// Memory of the ways of its pins, of the forces that calls have set, and of pulls (bytes).
     pub(super) fn changed_bytes(&self) -> usize {
         let ways = self.state.motions.iter().chain(&self.sent).map(PinMotion::bytes).sum::<usize>();
-        ways + size_of_val(self.acting.called())
+        ways + size_of_val(self.acting.called()) + self.pulls.bytes()
     }
 
     /// Bytes that its pairs of surfaces take.
     pub(super) fn pair_bytes(&self) -> usize {
-        self.work.contact.bytes()
+        self.memory.pair_bytes()
     }
 
     /// Lets its pairs of surfaces take so many bytes from now on.
     pub(super) fn limit_pairs(&mut self, bytes: u64) {
-        self.work.contact.limit(bytes);
+        self.memory.limit_pairs(bytes);
     }
 
     pub(super) fn undo(&mut self) {
-        self.work.undo(&mut self.state);
+        self.memory.undo(&mut self.state);
     }
 
     /// What further steps depend on; whole on rank 0 of several.
     pub(super) fn take(&self) -> Taken<R> {
         let mut state = self.state.clone();
         state.gather(&self.model.share);
-        let forces = self.acting.called().to_vec();
-        Taken { state, parameters: self.parameters.clone(), sent: self.sent.clone(), forces }
+        Taken {
+            state,
+            parameters: self.parameters.clone(),
+            sent: self.sent.clone(),
+            forces: self.acting.called().to_vec(),
+            pulls: self.pulls.held().to_vec(),
+            watch: self.watch.clone(),
+        }
     }
 
     /// Goes on from what was taken of the same cloth.
@@ -203,10 +220,11 @@ impl<R: Real> Cloth<R> {
     /// If that was another one.
     pub(super) fn put(&mut self, taken: &Taken<R>) {
         assert_eq!(taken.state.x.len(), self.state.x.len(), "the state of the same cloth");
-        let Taken { state, parameters, sent, forces } = taken.clone();
+        let Taken { state, parameters, sent, forces, pulls, watch } = taken.clone();
         self.acting.put(forces);
-        (self.state, self.parameters, self.sent) = (state, parameters, sent);
-        self.work.forget();
+        self.pulls.put(pulls);
+        (self.state, self.parameters, self.sent, self.watch) = (state, parameters, sent, watch);
+        self.memory.forget();
     }
 
     pub(super) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {
@@ -275,7 +293,7 @@ impl<R: Real> Cloth<R> {
         }
     }
 
-    /// Adds what may be changed between two steps to a hash: drag, air, laws of springs, and forces that calls have set.
+    /// Adds what may be changed between two steps to a hash: drag, air, laws of springs, forces that calls have set, and pulls.
     pub(super) fn hash_parameters(&self, hasher: &mut Xxh3) {
         let Parameters { laws, elements, drag, air } = &self.parameters;
         hasher.update(&drag.to_le_bytes());
@@ -286,6 +304,7 @@ impl<R: Real> Cloth<R> {
             hasher.update([law.stiffness, law.damping].map(f64::to_le_bytes).as_flattened());
         }
         self.acting.called().as_flattened().iter().for_each(|c| hasher.update(&c.to_le_bytes()));
+        self.pulls.hash(hasher);
     }
 
     /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of

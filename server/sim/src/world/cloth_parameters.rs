@@ -21,7 +21,8 @@ impl<R: Real> Cloth<R> {
         let Parameters { laws, drag, air, .. } = &self.parameters;
         self.parts.iter().map(move |part| {
             let (name, springs) = (part.name.clone(), ranges(&laws[part.laws.clone()]));
-            (part.first_particle, ClothParameters { name, drag: *drag, air: *air, springs })
+            let pull_count = self.pulls.count_in(&part.own);
+            (part.first_particle, ClothParameters { name, drag: *drag, air: *air, springs, pull_count })
         })
     }
 

@@ -9,6 +9,7 @@ use crate::{
     report::{
         BoundKind, ClothSteps, ErrorEstimate, Rejection, StepFailure, StepReport, Stopwatch, TimeBound,
     },
+    sub_step::SubStep,
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -52,9 +53,9 @@ pub(super) fn step<R: Real>(
         }
 
         let dt = division.dt();
-        let end = around.time + division.end();
-        let colliders = moved.over(around.colliders, [end - dt, end]);
-        match attempt(bodies, &Surroundings { colliders, ..*around }, [dt, end], watch) {
+        let sub_step = SubStep { dt, end: around.time + division.end() };
+        let colliders = moved.over(around.colliders, sub_step);
+        match attempt(bodies, &Surroundings { colliders, ..*around }, sub_step, watch) {
             Ok(strain) => {
                 for (index, cloth) in cloths(bodies) {
                     cloth.stepping(around).settle(watch).map_err(|failure| (index, failure))?;
@@ -72,8 +73,7 @@ pub(super) fn step<R: Real>(
                     return Err((index, failure));
                 }
                 rejected += 1;
-                let time = around.time + division.end() - dt;
-                report.rejections.push(rejection(&bodies[index], time, dt, failure));
+                report.rejections.push(rejection(&bodies[index], sub_step, failure));
             }
         }
         next = shortest(bodies, pace, asked, around, watch)?;
@@ -156,18 +156,18 @@ fn shortest<R: Real>(
     Ok(least)
 }
 
-/// Tries a sub-step with every cloth, of which length and end (s) are given; returns the largest strain.
+/// Tries a sub-step with every cloth; returns the largest strain.
 fn attempt<R: Real>(
     bodies: &mut [Body<R>],
     around: &Surroundings<'_>,
-    dt_and_end: [f64; 2],
+    sub_step: SubStep,
     watch: &mut dyn Stopwatch,
 ) -> Result<Option<f64>, Failure> {
     // Of all before any: who fails has all of them return.
     cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).begin_substep());
     let mut largest = None;
     for (index, cloth) in cloths(bodies) {
-        cloth.stepping(around).attempt(dt_and_end, watch).map_err(|failure| (index, failure))?;
+        cloth.stepping(around).attempt(sub_step, watch).map_err(|failure| (index, failure))?;
         largest = cloth.strain().into_iter().chain(largest).reduce(f64::max);
     }
     Ok(largest)
@@ -189,7 +189,12 @@ fn can_shorten<R: Real>(
     pace.reject(dt, asked, strain)
 }
 
-fn rejection<R: Real>(body: &Body<R>, time: f64, dt: f64, failure: StepFailure) -> Rejection {
+fn rejection<R: Real>(body: &Body<R>, sub_step: SubStep, failure: StepFailure) -> Rejection {
     let name = body.name_for(&failure).to_owned();
-    Rejection { time, dt, body: name, cause: failure.renumbered(|own| body.of_all(own)) }
+    Rejection {
+        time: sub_step.start(),
+        dt: sub_step.dt,
+        body: name,
+        cause: failure.renumbered(|own| body.of_all(own)),
+    }
 }

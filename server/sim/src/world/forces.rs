@@ -167,6 +167,11 @@ impl Acting {
         &self.called
     }
 
+    /// Lets the next step take everything over again.
+    pub(super) fn renew(&mut self) {
+        self.is_known = false;
+    }
+
     /// Puts what calls have set.
     pub(super) fn put(&mut self, called: Vec<[f64; 3]>) {
         (self.called, self.is_known) = (called, false);

@@ -61,7 +61,7 @@ impl Pace {
     /// Takes over that a sub-step of `dt` (s) was accepted. `strain` is the largest of all cloths: how much longer it
     /// was than one that just meets the tolerance. `may_grow` says whether halved steps fit in twice their length.
     pub(super) fn accept(&mut self, dt: f64, strain: Option<f64>, may_grow: impl FnOnce() -> bool) {
-        self.good += 1;
+        self.good = self.good.saturating_add(1);
         if self.halvings > 0 && self.good >= GOOD && may_grow() {
             (self.halvings, self.good) = (self.halvings - 1, 0);
         }

@@ -29,6 +29,8 @@ pub struct ClothParameters {
     pub air: Option<Air>,
     /// Its springs, one entry per kind that it has.
     pub springs: Vec<SpringRange>,
+    /// How many of its particles are pulled.
+    pub pull_count: usize,
 }
 
 /// Smallest and largest numbers of the springs of a kind.

@@ -1,8 +1,9 @@
-//! What calls do to a cloth beside its parameters: forces on particles, another state, its start again.
+//! What calls do to a cloth beside its parameters: forces on particles, pulls, another state, its start again.
 
 use super::{
     cloth::Cloth,
     forces::{CalledForces, Forces},
+    pulls::Pull,
 };
 use crate::{
     cloth::{PinMotion, State},
@@ -25,6 +26,26 @@ impl<R: Real> Cloth<R> {
         }
     }
 
+    /// Pulls at particles of a body, if it is one of its own, in steps of the world of `dt` (s), or no longer. A step goes on
+    /// from the one before it unless a pull begins or ends.
+    pub(super) fn set_pulls(&mut self, asked: &Pull, dt: f64) {
+        let Self { acting, pulls, model, parts, .. } = self;
+        let Some(part) = parts.named(&asked.body) else { return };
+        let is_pinned = |own: u32| model.inv_m[model.place[own as usize] as usize] == R::zero();
+        if pulls.set(asked, &part.own, dt, is_pinned) {
+            acting.renew();
+            self.forget_past();
+        }
+    }
+
+    /// Counts a step of the world that was taken: pulls end with it.
+    pub(super) fn pass_pulls(&mut self) {
+        if self.pulls.pass() {
+            self.acting.renew();
+            self.forget_past();
+        }
+    }
+
     /// Adds the forces that calls have set on its bodies, each with its first particle; so many particles as are `left` are listed.
     pub(super) fn called_forces(&self, left: &mut usize, out: &mut Vec<(u32, CalledForces)>) {
         let called = self.acting.called();
@@ -40,13 +61,16 @@ impl<R: Real> Cloth<R> {
         }
     }
 
-    /// Takes over the forces in a step of the world from a time (s) on, of `dt` (s), where they are others than before.
+    /// Takes over the forces in a step of the world from a time (s) on, of `dt` (s), where they are others than before: those of
+    /// pulls always are.
     pub(super) fn renew_forces(&mut self, time: f64, dt: f64) {
-        if !self.acting.is_new(time, dt) {
+        let is_new = self.acting.is_new(time, dt);
+        if !is_new && self.pulls.is_empty() {
             return;
         }
-        let Self { acting, model, work, .. } = self;
-        work.set_forces(model, acting.now(time, dt));
+        let Self { acting, pulls, model, state, memory, .. } = self;
+        pulls.renew(model, state);
+        memory.set_forces(model, acting.now(time, dt).chain(pulls.now()));
         // Changes of calls have done so.
         if self.acting.has_changed(time, dt) {
             self.forget_past();
@@ -56,7 +80,7 @@ impl<R: Real> Cloth<R> {
     /// Puts the particles of the body of that name, if it is one of its own, elsewhere (m), with these velocities (m/s). Its pins
     /// stand; those of others go on.
     pub(super) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
-        let Self { parts, model, state, sent, work, .. } = self;
+        let Self { parts, model, state, sent, memory, .. } = self;
         let Some(part) = parts.named(name) else { return };
         let State { mut x, mut v, mut motions, mut dv, gain, .. } = std::mem::take(state);
         let mut others = State::default();
@@ -78,7 +102,7 @@ impl<R: Real> Cloth<R> {
             (others.dv, others.gain) = (dv, gain);
         }
         *state = State { x, v, motions, ..others };
-        work.forget();
+        memory.forget();
     }
 
     /// Puts it back to its start.
@@ -87,9 +111,11 @@ impl<R: Real> Cloth<R> {
         let ([x, v], parameters) = &*start;
         self.parameters.clone_from(parameters);
         self.acting.put(Vec::new());
+        self.pulls.put(Vec::new());
         self.state = State { x: x.clone(), v: v.clone(), ..State::default() };
         self.sent.clear();
         self.still_pins();
-        self.work.forget();
+        self.watch_anew();
+        self.memory.forget();
     }
 }

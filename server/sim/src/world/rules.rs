@@ -6,8 +6,10 @@ use std::cell::LazyCell;
 use super::{
     body::Body,
     changes::{Change, ChangeError, allowed},
-    collider_move::{ColliderMove, Departure, MoveError, MoveKey},
+    collider_move::{Departure, MoveError},
     forces::Forces,
+    pulls::{Pull, PullError},
+    ranges::{check_bodies_put, check_keys, check_path, check_pull_numbers, within},
 };
 use crate::{
     cloth::{Air, SpringKind},
@@ -38,6 +40,8 @@ pub struct ChangeRules {
     dt: f64,
     /// Whether several ranks step the world.
     over_ranks: bool,
+    /// Particles that changes which are checked together may pull at.
+    most_pulled: usize,
 }
 
 /// What changes of springs a cloth accepts.
@@ -83,6 +87,7 @@ impl ChangeRules {
             reaches,
             dt,
             over_ranks,
+            most_pulled: usize::MAX,
         };
         for body in bodies {
             rules.particle_count += body.particle_count();
@@ -123,6 +128,12 @@ impl ChangeRules {
         Self { over_ranks: true, ..self.clone() }
     }
 
+    /// The same rules where changes that are checked together may pull at so many particles.
+    #[must_use]
+    pub fn with_most_pulled(&self, most_pulled: usize) -> Self {
+        Self { most_pulled, ..self.clone() }
+    }
+
     /// Checks changes without applying them.
     ///
     /// # Errors
@@ -130,6 +141,7 @@ impl ChangeRules {
     pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
         check_bodies_put(changes)?;
         changes.iter().try_for_each(|change| self.check_one(change))?;
+        self.check_pulled(changes)?;
         let moves = changes.iter().filter_map(|change| match change {
             Change::Collider(asked) => Some(&asked.collider),
             _ => None,
@@ -204,6 +216,10 @@ impl ChangeRules {
                 asked.check(&self.colliders).map_err(ChangeError::from)
             }
             Change::Force { body, particles, forces } => self.check_force(body, particles, forces),
+            Change::Pull(asked) => {
+                check_pull_numbers(asked, self.dt)?;
+                self.check_pull(asked)
+            }
             Change::State { body, positions, velocities } => {
                 self.check_state(body, positions, velocities.as_deref())
             }
@@ -286,6 +302,38 @@ impl ChangeRules {
         Ok(())
     }
 
+    fn check_pull(&self, Pull { body, particles, points, .. }: &Pull) -> Result<(), ChangeError> {
+        if self.is_snow(body) {
+            return Err(PullError::OnSnow { body: body.clone() }.into());
+        }
+        let found = self.cloths.iter().find(|cloth| cloth.name == *body);
+        let ClothRules { first_particle, particle_count: count, .. } =
+            *found.ok_or_else(|| self.unknown_body(body))?;
+        let needed = if particles.is_empty() { count } else { particles.len() };
+        if !points.is_empty() && points.len() != needed {
+            return Err(PullError::Count { body: body.clone(), found: points.len(), needed }.into());
+        }
+        for &particle in particles.iter() {
+            if particle as usize >= count {
+                return Err(PullError::NotInBody { body: body.clone(), particle, count }.into());
+            }
+            if self.pinned.binary_search(&(first_particle + particle)).is_ok() {
+                return Err(PullError::OnPin { body: body.clone(), particle }.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks at how many particles changes pull together.
+    fn check_pulled(&self, changes: &[Change]) -> Result<(), ChangeError> {
+        let pulled = changes.iter().map(|change| match change {
+            Change::Pull(asked) => asked.points.len(),
+            _ => 0,
+        });
+        let (found, allowed) = (pulled.sum::<usize>(), self.most_pulled);
+        if found > allowed { Err(PullError::TooMany { found, allowed }.into()) } else { Ok(()) }
+    }
+
     fn check_state(
         &self,
         body: &str,
@@ -341,54 +389,4 @@ impl ChangeRules {
         let kind = kind.map_or("any", SpringKind::name);
         Err(ChangeError::NoSuchSprings { body: name.unwrap_or("any").into(), kind })
     }
-}
-
-/// Each body has one state at most, before the numbers of any are looked at.
-fn check_bodies_put(changes: &[Change]) -> Result<(), ChangeError> {
-    let bodies = changes.iter().filter_map(|change| match change {
-        Change::State { body, .. } => Some(body),
-        _ => None,
-    });
-    let mut put: Vec<(&String, usize)> = bodies.zip(0..).collect();
-    put.sort_unstable();
-    match put.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        Some(pair) => {
-            let [(body, first), (_, second)] = [pair[0], pair[1]];
-            Err(ChangeError::StateTwice { body: body.clone(), first, second })
-        }
-        None => Ok(()),
-    }
-}
-
-/// Times that grow, positions within their range.
-fn check_path(particle: u32, points: &[(f64, [f64; 3])]) -> Result<(), ChangeError> {
-    if points.is_empty() {
-        return Err(ChangeError::EmptyPath { particle });
-    }
-    let mut after = 0.0;
-    for (point, (time, target)) in points.iter().enumerate() {
-        within("times", &[*time], allowed::DURATION)?;
-        within("targets", target, allowed::LENGTH)?;
-        if *time <= after {
-            return Err(ChangeError::TimesOfPath { particle, point, time: *time, after });
-        }
-        after = *time;
-    }
-    Ok(())
-}
-
-/// Times and positions of a move within their ranges.
-fn check_keys(ColliderMove { keys, .. }: &ColliderMove) -> Result<(), ChangeError> {
-    let of_time = if keys.len() == 1 { "duration" } else { "times" };
-    for MoveKey { time, position, .. } in keys.iter() {
-        within(of_time, &[*time], allowed::DURATION)?;
-        within("position", position.as_slice().as_flattened(), allowed::LENGTH)?;
-    }
-    Ok(())
-}
-
-fn within(field: &'static str, values: &[f64], allowed: [f64; 2]) -> Result<(), ChangeError> {
-    let [low, high] = allowed;
-    let wrong = values.iter().find(|value| !(low..=high).contains(*value));
-    wrong.map_or(Ok(()), |&value| Err(ChangeError::OutOfRange { field, value, allowed }))
 }

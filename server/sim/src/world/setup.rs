@@ -82,6 +82,9 @@ impl WorldSetup {
             if settings.contact.surface == SurfaceCheck::Count {
                 return refused(name, "surface = \"count\"");
             }
+            if settings.rest.is_some() {
+                return refused(name, "cloth that is watched for rest");
+            }
         }
         let solved = self.snow.iter().filter(|snow| snow.settings.integration.is_implicit());
         if let Some(object) = solved.flat_map(|snow| &snow.objects).next() {

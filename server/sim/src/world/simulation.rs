@@ -231,7 +231,7 @@ impl Simulation {
         on_world!(self, world => world.collider_pose(index))
     }
 
-    /// Velocity (m/s) of the medium around the cloth, as it is now.
+    /// Velocity (m/s) of the medium, as it is now.
     pub fn wind(&self) -> [f64; 3] {
         on_world!(self, world => world.wind())
     }
@@ -251,7 +251,7 @@ impl Simulation {
         on_world!(self, world => world.snow().map_or(0, Snow::memory_bytes))
     }
 
-    /// Bytes of what changes have given it: ways of colliders, also those of the scene, ways of pins, and forces.
+    /// Bytes of what changes have given it: ways of colliders, also those of the scene, ways of pins, forces, and pulls.
     pub fn changed_memory_bytes(&self) -> usize {
         on_world!(self, world => world.changed_bytes())
     }

@@ -2,9 +2,13 @@
 
 use super::setup::{BodySetup, SetupError};
 use crate::{
-    cloth::{ClothSettings, Joined, Minimizer, Network},
-    linalg::SolverSettings,
+    cloth::{
+        Air, ClothSettings, Joined, Minimizer, Network, NewtonSettings, RestSettings, StateLimits,
+        SurfaceSettings,
+    },
+    linalg::{SolverSettings, Stop},
     surface::Crossing,
+    time_step::TimeStep,
 };
 
 /// When surfaces that are refused with a setup meet.
@@ -50,8 +54,8 @@ fn check_alike(one: &BodySetup, body: &BodySetup) -> Result<(), SetupError> {
     Err(SetupError::Body { body: body.name.clone(), message })
 }
 
-/// What bodies that are stepped together have in common.
-fn shared(body: &BodySetup) -> [(&'static str, String); 15] {
+/// What bodies that are stepped together have in common: what it is called, and how each body has it.
+fn shared(body: &BodySetup) -> [(&'static str, String); 19] {
     let Network { drag, air, .. } = &body.network;
     let ClothSettings {
         integrator,
@@ -61,29 +65,76 @@ fn shared(body: &BodySetup) -> [(&'static str, String); 15] {
         time_step,
         tolerance,
         on_pass,
-        contact,
-        limits,
+        contact: SurfaceSettings { friction, recovery, surface },
+        limits: StateLimits { max_stretch, max_energy },
+        rest,
         block_size,
     } = &body.settings;
-    // Of cloth with a thickness both are the same.
-    let minimizer = if matches!(minimizer, Minimizer::Auto { .. }) { &Minimizer::OneStep } else { minimizer };
     [
-        ("drag", format!("{drag:?}")),
-        ("air", air.map_or_else(|| "none".to_owned(), |air| format!("{air:?}"))),
-        ("integrator", format!("{integrator:?}")),
-        ("minimizer", format!("{minimizer:?}")),
-        ("hessian", format!("{hessian:?}")),
-        ("stop of the solver", format!("{stop:?}")),
-        ("preconditioner", format!("{preconditioner:?}")),
-        ("operator", format!("{operator:?}")),
-        ("warm_start", format!("{warm_start:?}")),
-        ("time step", format!("{time_step:?}")),
-        ("tolerance", format!("{tolerance:?}")),
-        ("on_pass", format!("{on_pass:?}")),
-        ("contact", format!("{contact:?}")),
-        ("limits", format!("{limits:?}")),
-        ("block_size", format!("{block_size:?}")),
+        ("drag", format!("{drag} N s/m")),
+        ("air", air.map_or_else(|| "none".to_owned(), of_air)),
+        ("integrator", integrator.name().to_owned()),
+        ("minimizer", of_minimizer(*minimizer)),
+        ("hessian", hessian.name().to_owned()),
+        ("stop of the solver", of_stop(*stop)),
+        ("preconditioner", preconditioner.name().to_owned()),
+        ("operator", operator.name().to_owned()),
+        ("warm_start", warm_start.to_string()),
+        ("time step", of_time_step(*time_step)),
+        ("tolerance", or_none(*tolerance, " m")),
+        ("on_pass", on_pass.name().to_owned()),
+        ("friction of cloth on cloth", friction.to_string()),
+        ("recovery of the thickness", format!("{recovery} m/s")),
+        ("check of the surface", surface.name().to_owned()),
+        ("limit of the stretch", or_none(*max_stretch, "")),
+        ("limit of the energy", or_none(*max_energy, " J")),
+        ("rest", rest.map_or_else(|| "none".to_owned(), of_rest)),
+        ("block_size", block_size.to_string()),
     ]
+}
+
+/// A number with its unit, where there is one.
+fn or_none(number: Option<f64>, unit: &str) -> String {
+    number.map_or_else(|| "none".to_owned(), |number| format!("{number}{unit}"))
+}
+
+fn of_air(air: Air) -> String {
+    let Air { density, normal, lift, tangential } = air;
+    format!(
+        "{density} kg/m³ with coefficients {normal} (normal), {lift} (lift) and {tangential} (tangential)"
+    )
+}
+
+fn of_minimizer(minimizer: Minimizer) -> String {
+    match minimizer {
+        // Of cloth with a thickness both are the same.
+        Minimizer::Auto { .. } | Minimizer::OneStep => Minimizer::OneStep.kind().name().to_owned(),
+        Minimizer::Newton(NewtonSettings { tolerance, max_iterations }) => {
+            format!("{} to {tolerance} m/s² in {max_iterations} solves at most", minimizer.kind().name())
+        }
+        Minimizer::VertexBlockDescent { sweeps } => format!("{} in {sweeps} sweeps", minimizer.kind().name()),
+    }
+}
+
+fn of_rest(RestSettings { error, within }: RestSettings) -> String {
+    format!("{error} m within {within} s")
+}
+
+fn of_stop(stop: Stop) -> String {
+    match stop {
+        Stop::Residual { tolerance, max_iterations } => {
+            format!("a residual of {tolerance} or {max_iterations} iterations")
+        }
+        Stop::Iterations(count) => format!("{count} iterations"),
+    }
+}
+
+fn of_time_step(time_step: TimeStep) -> String {
+    match time_step {
+        TimeStep::Certified { safety } => format!("{safety} of what is certified"),
+        TimeStep::Fixed(length) => format!("{length} s"),
+        TimeStep::Unchecked(length) => format!("{length} s, unchecked"),
+    }
 }
 
 /// Refuses surfaces with a thickness that cross or touch themselves or each other at the start.

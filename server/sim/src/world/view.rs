@@ -41,7 +41,7 @@ impl<R: Real> World<R> {
         self.bodies.iter_mut().find_map(Body::as_snow_mut).map(|body| &mut body.snow)
     }
 
-    /// Velocity (m/s) of the medium around the cloth, as it is now.
+    /// Velocity (m/s) of the medium, as it is now.
     pub fn wind(&self) -> [f64; 3] {
         self.around().wind
     }

@@ -44,6 +44,14 @@ impl Wind {
         self.steady.into_iter().chain(keys)
     }
 
+    /// What is wrong with it, as a sentence.
+    pub(super) fn unsound(&self) -> Option<String> {
+        if self.steady.iter().any(|c| !c.is_finite()) {
+            return Some(format!("the velocity of the wind is not finite: {:?}", self.steady));
+        }
+        Self::invalid(&self.keys)
+    }
+
     /// What is wrong with keys, as a sentence.
     pub(super) fn invalid(keys: &[(f64, [f64; 3])]) -> Option<String> {
         let is_finite = |(time, velocity): &(f64, [f64; 3])| {

@@ -1,6 +1,7 @@
-//! A mesh file that comes in pieces, and is read when it is whole, by the readers of the command.
+//! A mesh file that comes in pieces, and is read when it is whole, by the readers of the command; or the file of a session.
 //!
-//! Enters: a header, then bytes. Leaves: the mesh, or what the reader found wrong, with file and line.
+//! Enters: a header, then bytes. Leaves: the mesh, or what the reader found wrong, with file and line; the file of a session as it is,
+//! of which the hashes were checked.
 
 use nappe_proto::v1::{FileFormat, FileHeader};
 use nappe_scene::{
@@ -14,6 +15,7 @@ use crate::{
     config::Limits,
     error::{Reason, ServiceError},
     memory::Claim,
+    state::Opened,
 };
 
 /// The file grows by a quarter at a time: while it is copied, old and new are there.
@@ -42,7 +44,7 @@ impl FileUpload {
             Ok(FileFormat::Unspecified) => {
                 return Err(ServiceError::field(
                     "file.format",
-                    "is missing: OBJ, OFF, PLY, STL or ETI is needed",
+                    "is missing: OBJ, OFF, PLY, STL, ETI or CHECKPOINT is needed",
                 ));
             }
             Ok(format) => format,
@@ -108,7 +110,21 @@ impl FileUpload {
         Ok(())
     }
 
-    /// Reads the file, after the memory that this takes was claimed.
+    /// Whether it is the file of a session, and no mesh.
+    pub(super) fn is_checkpoint(&self) -> bool {
+        self.format == FileFormat::Checkpoint
+    }
+
+    /// The file of a session, and what its memory is claimed by.
+    ///
+    /// # Errors
+    /// What of the file was cut or altered.
+    pub(super) fn into_checkpoint(self) -> Result<(Vec<u8>, Claim), ServiceError> {
+        Opened::of(&self.data).map_err(|error| ServiceError::from(&error))?;
+        Ok((self.data, self.claim))
+    }
+
+    /// Reads the file of a mesh, after the memory that this takes was claimed.
     ///
     /// # Errors
     /// Bytes that are missing, no memory, what is wrong with the file, or a mesh above the limits.
@@ -121,7 +137,7 @@ impl FileUpload {
             FileFormat::Off => MeshFile::Off(file),
             FileFormat::Ply => MeshFile::Ply(file),
             FileFormat::Stl => MeshFile::Stl(file),
-            FileFormat::Eti | FileFormat::Unspecified => MeshFile::Eti {
+            FileFormat::Eti | FileFormat::Checkpoint | FileFormat::Unspecified => MeshFile::Eti {
                 points: file,
                 others: [faceset, masses, texcoord].map(|bytes| (!bytes.is_empty()).then_some(bytes)),
                 options: self.options,

@@ -1,4 +1,4 @@
-//! An upload of either kind, while its bytes come: arrays or a file.
+//! An upload of any kind, while its bytes come: arrays or a file.
 
 use nappe_proto::v1::{FileHeader, MeshHeader};
 use nappe_sim::mesh::MeshError;
@@ -27,7 +27,7 @@ pub(super) enum Incoming {
     File(FileUpload),
 }
 
-/// A mesh that is kept.
+/// A mesh that is kept, or the file of a session.
 #[derive(Clone, Debug)]
 pub(in crate::rpc) struct Stored {
     pub(in crate::rpc) mesh_id: String,
@@ -84,14 +84,18 @@ impl Incoming {
         Err(broken(message).with("bytes", came).with("total_bytes", total))
     }
 
-    /// Checks the mesh and keeps it. Its memory is claimed until the store has claimed its own.
+    /// Checks what has come and keeps it. Its memory is claimed until the store has claimed its own.
     ///
     /// # Errors
-    /// If bytes are missing, or it cannot be simulated.
+    /// If bytes are missing, or it cannot be simulated or gone on from.
     pub(super) fn finish(self, limits: &Limits, meshes: &MeshStore) -> Result<Stored, ServiceError> {
         self.check_whole()?;
         let (mesh, mut warnings, _claim) = match self {
             Self::Arrays(assembly) => assembly.finish(),
+            Self::File(file) if file.is_checkpoint() => {
+                let (file, _claim) = file.into_checkpoint()?;
+                return Ok(Stored { mesh_id: meshes.insert_checkpoint(file)?, warnings: Vec::new() });
+            }
             Self::File(file) => file.finish(limits)?,
         };
         let invalid = |error: MeshError| ServiceError::new(Reason::InvalidMesh, error.to_string());

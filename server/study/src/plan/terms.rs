@@ -240,13 +240,16 @@ impl Recommended<'_> {
             End::Failed(failure) => failed(unknown, failure.cause.clone()),
             End::Reached => {
                 let change = self.change(whole, &made, left.points.as_ref());
-                let counts = |run: &Run| (run.work.force_evaluations + run.work.matrix_products) as f64;
+                let counts = |run: &Run, case: &Case| {
+                    (run.work.force_evaluations + run.work.matrix_products) as f64
+                        * case.particle_count() as f64
+                };
                 let seconds = [&made, whole].map(|run| median_seconds(&run.seconds));
                 let saved =
                     |left: f64, whole: f64| Some(1.0 - left / whole).filter(|share| share.is_finite());
                 Term {
                     change: Some(change),
-                    saved_counts: saved(counts(&made), counts(whole)),
+                    saved_counts: saved(counts(&made, &left.case), counts(whole, self.case)),
                     saving: seconds[0].zip(seconds[1]).and_then(|(left, whole)| saved(left, whole)),
                     is_looked_at: true,
                     is_needed: change >= self.allowed(),

@@ -130,14 +130,14 @@ impl<'a> Ladder<'a> {
     }
 
     /// How far (m) the last run is from the truth at a time, and the order that tells so: from its distance to the run before
-    /// by the order that the last three show, or that distance itself where they show none that is of use.
+    /// by the order that the last three show, or by the least that is of use where they show none.
     fn own_error(&self, place: usize) -> (f64, f64) {
         let mut distances = self.distances.iter().rev().map(|distances| distances[place]);
         let last = distances.next().unwrap_or(f64::INFINITY);
         let order = distances.next().map(|before| (before / last).log2());
         match order.filter(|order| ORDERS.contains(order)) {
             Some(order) => (last / (order.exp2() - 1.0), order),
-            None => (last, 0.0),
+            None => (last / (ORDERS.start().exp2() - 1.0), 0.0),
         }
     }
 }

@@ -193,7 +193,8 @@ impl Ladder<'_> {
                     (new, self.case.distance(new, last))
                 }
                 (Some((_, new)), _) => (new, self.distances[i]),
-                (None, _) => (fine, self.distances[i]),
+                // The least order that would have been taken for 1.
+                (None, _) => (fine, self.distances[i] / ((1.0 - NEAR).exp2() - 1.0)),
             };
             states.push(state.clone());
             errors.push(error);

@@ -109,10 +109,13 @@ impl Scan {
 
     /// The largest spread (m) at some times, each looked at on both sides; infinite where there was none.
     pub(crate) fn largest_at(&self, times: &Times) -> f64 {
-        let last = self.spread.len();
+        let last = self.spread.len().saturating_sub(1);
         let near = |mark: &u64| {
-            let place = times.time(*mark) / self.spacing;
-            [place.floor(), place.ceil()].map(|place| (place as usize).clamp(1, last.max(1)) - 1)
+            // A time that is a multiple of the spacing but for rounding is one.
+            let place = (times.time(*mark) / self.spacing * 1e6).round() / 1e6;
+            let [before, after] = [place.floor(), place.ceil()].map(|place| (place as usize).max(1) - 1);
+            // The end may lie between the last time that was looked at and the next.
+            [before, after.min(before.max(last))]
         };
         let spread = |place: usize| self.spread.get(place).copied().unwrap_or(f64::INFINITY);
         times.marks.iter().flat_map(near).map(spread).fold(0.0, f64::max)
@@ -291,6 +294,7 @@ mod tests {
         let at = |interval: f64, marks: &[u64]| scan.largest_at(&Times { interval, marks: marks.to_vec() });
         assert_eq!([at(0.05, &[1]), at(0.05, &[7]), at(0.05, &[9])], [1e-6, 3e-6, 3e-6]);
         assert_eq!([at(0.05, &[3]), at(0.05, &[1, 5, 8])], [5e-3, 5e-3]);
+        assert_eq!([at(0.05, &[10]), at(0.05, &[1, 20])], [f64::INFINITY; 2], "nothing is known there");
         assert_eq!(at(0.05, &[]), 0.0);
         assert!(Scan { spread: Vec::new(), ..scan }.largest_at(&Times::even(0.1, 1)).is_infinite());
     }

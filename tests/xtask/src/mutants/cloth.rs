@@ -134,7 +134,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(143, "cloth/evaluate/bound.rs", "two * largest_eigenvalue(c)", "W::zero()"),
     text(144, "cloth/state/cloth.rs", "|motion| motion.steps_left -= part", "|motion| motion.steps_left -= if crate::mutant(144) { 1.0 } else { part }"),
     text(145, "world/pace.rs", "        if self.halvings > 0 && self.good >= GOOD", "        if !crate::mutant(145) && self.halvings > 0 && self.good >= GOOD"),
-    text(146, "cloth/evaluate/workspace.rs", "        self.pins_of_substep.restore(state);", "        if !crate::mutant(146) { self.pins_of_substep.restore(state); }"),
+    text(146, "cloth/state/turns.rs", "        self.pins_of_substep.restore(state);", "        if !crate::mutant(146) { self.pins_of_substep.restore(state); }"),
     expression(147, "cloth/settings/scheme.rs", "ratio * ratio / whole", "1.0 / 3.0"),
     expression(148, "cloth/settings/scheme.rs", "(1.0 + ratio) * dt / whole", "2.0 * dt / 3.0"),
     expression(149, "cloth/integrate/iterate.rs", "((v[c] - past_v[c]) * past).where_positive(inv_m)", "P::zero()"),
@@ -142,6 +142,6 @@ pub(super) const PATCHES: [Patch; 55] = [
     text(151, "cloth/integrate/newton.rs", "            if !is_done || !last", "            if crate::mutant(151) || !is_done || !last"),
     expression(152, "cloth/integrate/vertex_block_descent.rs", "m * (u[c] - base[c])", "P::zero()"),
     expression(153, "cloth/network/colours.rs", "lowest(count.div_ceil(block_size), pairs.clone().map(of(block_size)))", "vec![0; count.div_ceil(block_size)]"),
-    expression(154, "cloth/step.rs", "speed.rate > bound.rate / safety", "false"),
+    expression(154, "cloth/step/stepping.rs", "speed.rate > bound.rate / safety", "false"),
     expression(155, "cloth/integrate/newton.rs", "if iteration == 0 { 0.0 } else { newton.tolerance }", "newton.tolerance"),
 ];

@@ -77,6 +77,9 @@ fn build_object<'a>(
         warnings.extend(parts_in_words(shared, text.overlap, density));
     }
     warnings.extend(earlier.compare(&plan, &mut object, at)?);
+    if let Some(count) = mesh.as_ref().map(|mesh| mesh.springs.len()).filter(|count| *count > 0) {
+        warnings.push(format!("its mesh carries springs ({count}), which snow leaves unused"));
+    }
     earlier.add(&plan, at, mesh);
     size.add_particles(&owner, key, object.x.len() as u64)?;
     Ok((object, warnings))

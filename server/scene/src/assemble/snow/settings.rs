@@ -38,6 +38,7 @@ pub(crate) fn settings(snow: &Snow, at: &Location<'_>) -> Result<SnowSettings, S
         max_substeps: snow.max_substeps,
         ballistic_below: snow.ballistic_below,
         max_energy: snow.max_energy,
+        drag: snow.drag,
         ..SnowSettings::new(snow.cell)
     })
 }

@@ -1,6 +1,9 @@
 //! The header of a PLY: how its numbers are written, and which elements with which properties follow.
 
-use super::lines::{Lines, quoted, words};
+use super::{
+    lines::{Lines, quoted, words},
+    places::{Place, place},
+};
 use crate::error::{ErrorKind, SceneError};
 
 /// Most elements and properties of a header together, so that it takes little memory.
@@ -23,29 +26,6 @@ pub(super) enum NumberType {
     Unsigned(usize),
     Float(usize),
 }
-
-/// What becomes of a property.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
-    /// It is skipped.
-    Nothing,
-    /// A number of a vertex: 0 to 2 its coordinates, 3 and 4 its texture coordinates, 5 its mass, 6 to 8 its velocity.
-    Number(usize),
-    /// The points of a face, a strip or a fan.
-    Corners,
-}
-
-/// How many places numbers of a vertex have.
-pub(super) const PLACES: usize = 9;
-/// The place of the first texture coordinate.
-pub(super) const U: Place = Place::Number(3);
-/// The place of the second texture coordinate.
-pub(super) const V: Place = Place::Number(4);
-/// The place of the mass.
-pub(super) const MASS: Place = Place::Number(5);
-
-/// The places of the velocity.
-pub(super) const VELOCITY: [Place; 3] = [Place::Number(6), Place::Number(7), Place::Number(8)];
 
 /// A property of an element.
 #[derive(Clone, Debug)]
@@ -338,22 +318,6 @@ fn add<'a>(
     }
     element.properties.push(Property { name, count, number, place });
     Ok(())
-}
-
-fn place(element: &[u8], property: &[u8]) -> Place {
-    match (element, property) {
-        (b"vertex", b"x") => Place::Number(0),
-        (b"vertex", b"y") => Place::Number(1),
-        (b"vertex", b"z") => Place::Number(2),
-        (b"vertex", b"u" | b"s" | b"texture_u") => U,
-        (b"vertex", b"v" | b"t" | b"texture_v") => V,
-        (b"vertex", b"mass") => MASS,
-        (b"vertex", b"vx") => VELOCITY[0],
-        (b"vertex", b"vy") => VELOCITY[1],
-        (b"vertex", b"vz") => VELOCITY[2],
-        (b"face" | b"tristrips" | b"trifans", b"vertex_indices" | b"vertex_index") => Place::Corners,
-        _ => Place::Nothing,
-    }
 }
 
 /// The elements make a mesh, whole or as points alone.

@@ -1,4 +1,4 @@
-//! PLY, binary or text: positions, texture coordinates, masses and faces; other properties are
+//! PLY, binary or text: positions, texture coordinates, masses, velocities, faces and springs; other properties are
 //! ignored.
 //!
 //! Reads any of the three encodings; writes binary little-endian: doubles for a mesh, the numbers of a
@@ -6,8 +6,10 @@
 //! for a count of the header alone, and its errors name the line or the element. Modules in reading order:
 
 mod lines;
+mod places;
 mod header;
 mod payload;
+mod springs;
 mod read;
 mod write;
 

@@ -3,8 +3,9 @@
 use std::str::FromStr;
 
 use super::{
-    header::{Element, Encoding, Header, NumberType, PLACES, Place, Property},
+    header::{Element, Encoding, Header, NumberType, Property},
     lines::{Lines, quoted, words},
+    places::{PLACES, Place, may_be},
 };
 use crate::error::{ErrorKind, SceneError};
 
@@ -19,7 +20,7 @@ pub(super) struct Payload<'a> {
 /// The numbers of an element that a mesh keeps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Row {
-    /// Those that have a place, finite.
+    /// Those that have a place, as it allows them.
     pub(super) numbers: [f64; PLACES],
     /// Indices of points, as the file has them.
     pub(super) corners: Vec<i64>,
@@ -143,6 +144,16 @@ impl<'a> Payload<'a> {
         }
     }
 
+    /// An error in elements of a kind together, at the line of the header that announces them.
+    pub(super) fn error_of_all(
+        &self,
+        element: &Element<'_>,
+        kind: ErrorKind,
+        message: impl Into<String>,
+    ) -> SceneError {
+        SceneError::new(kind, self.file, message).at_line(element.line)
+    }
+
     /// An element is a line that is not blank.
     fn read_text(&mut self, element: &Element<'_>, index: u64, row: &mut Row) -> Result<(), SceneError> {
         let line = self.lines.find(|line| !line.trim_ascii().is_empty());
@@ -176,7 +187,8 @@ impl<'a> Payload<'a> {
                 match property.place {
                     Place::Nothing => {}
                     Place::Number(place) => {
-                        let number = parsed::<f64>(word).filter(|number| number.is_finite());
+                        let number =
+                            parsed::<f64>(word).filter(|number| may_be(element.name, place, *number));
                         row.numbers[place] = number
                             .ok_or_else(|| self.no_number(&named(element, index), property, &quoted(word)))?;
                     }
@@ -223,7 +235,7 @@ impl<'a> Payload<'a> {
                 Place::Nothing => {}
                 Place::Number(place) => {
                     let number = real(property.number, bytes, encoding);
-                    if !number.is_finite() {
+                    if !may_be(element.name, place, number) {
                         return Err(self.no_number(&named(element, index), property, &number.to_string()));
                     }
                     row.numbers[place] = number;
@@ -246,7 +258,7 @@ impl<'a> Payload<'a> {
     fn ended(&self, element: &Element<'_>, read: u64) -> SceneError {
         let (count, what) = (element.count, element.plural());
         let message = format!("announces {count} {what}, but the file ends after {read}");
-        SceneError::new(ErrorKind::Inconsistent, self.file, message).at_line(element.line)
+        self.error_of_all(element, ErrorKind::Inconsistent, message)
     }
 }
 

@@ -1,10 +1,12 @@
-//! Reading of a PLY: points, texture coordinates, masses, and triangles of faces, strips and fans.
+//! Reading of a PLY: points, texture coordinates, masses, triangles of faces, strips and fans, and springs.
 
 use nappe_sim::mesh::TriangleMesh;
 
 use super::{
-    header::{Element, Encoding, Header, MASS, Place, U, V, VELOCITY},
+    header::{Element, Encoding, Header},
     payload::{Payload, Row, named},
+    places::{MASS, Place, U, V, VELOCITY},
+    springs::{are_springs, read_springs},
 };
 use crate::{
     error::{ErrorKind, SceneError},
@@ -35,10 +37,10 @@ pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
         if element.name == b"vertex" {
             read_points(&mut payload, element, &mut mesh)?;
             has_points = true;
-        } else if element.has(Place::Corners) && has_points {
-            read_triangles(&mut payload, element, &mut polygons, &mut mesh)?;
+        } else if names_points(element) && has_points {
+            read_part(&mut payload, element, &mut polygons, &mut mesh)?;
         } else {
-            if element.has(Place::Corners) {
+            if names_points(element) {
                 before.push((element, payload.clone()));
             }
             for index in 0..element.count {
@@ -46,9 +48,9 @@ pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
             }
         }
     }
-    // Faces that stand before their points.
+    // Faces and springs that stand before their points.
     for (element, mut payload) in before {
-        read_triangles(&mut payload, element, &mut polygons, &mut mesh)?;
+        read_part(&mut payload, element, &mut polygons, &mut mesh)?;
     }
 
     let placed = if header.encoding == Encoding::Text { Placed::Lines } else { Placed::Faces };
@@ -59,6 +61,24 @@ pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
         left => warnings.push(format!("{file}: {left} bytes after the last element are ignored")),
     }
     Ok(Loaded { mesh, warnings })
+}
+
+/// Whether elements name points: faces, strips, fans, springs.
+fn names_points(element: &Element<'_>) -> bool {
+    element.has(Place::Corners) || are_springs(element)
+}
+
+fn read_part(
+    payload: &mut Payload<'_>,
+    element: &Element<'_>,
+    polygons: &mut Polygons,
+    mesh: &mut TriangleMesh,
+) -> Result<(), SceneError> {
+    if are_springs(element) {
+        read_springs(payload, element, mesh)
+    } else {
+        read_triangles(payload, element, polygons, mesh)
+    }
 }
 
 fn read_points(
@@ -186,7 +206,10 @@ pub(in crate::mesh) fn memory_bytes(bytes: &[u8]) -> u64 {
                 (has_velocity(element), memory::POINT),
             ];
             let of_point: u64 = parts.iter().filter(|(is_read, _)| *is_read).map(|(_, bytes)| bytes).sum();
-            arrays = of_point * element.count;
+            arrays += of_point * element.count;
+        }
+        if are_springs(element) {
+            arrays += memory::SPRING * element.count;
         }
         let lists = payload.pass(element);
         triangles += lists.triangles as u64;

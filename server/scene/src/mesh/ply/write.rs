@@ -5,9 +5,15 @@ use std::{
     ops::Range,
 };
 
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::mesh::{MeshSpring, SpringKind, TriangleMesh};
 
-/// Writes a mesh, exactly: doubles, with masses, texture coordinates and velocities where it has them.
+/// The end of every header.
+const END: &[u8] = b"end_header\n";
+/// The properties of a spring, in the order in which [`write_spring`] writes them.
+const SPRING_PROPERTIES: &[u8] = b"property uint vertex1\nproperty uint vertex2\nproperty double stiffness\n\
+    property double damping\nproperty double rest_length\nproperty uchar kind\n";
+
+/// Writes a mesh, exactly: doubles, with masses, texture coordinates, velocities and springs where it has them.
 ///
 /// # Errors
 /// Those of `out`.
@@ -24,6 +30,11 @@ pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
         out.write_all(b"property double vx\nproperty double vy\nproperty double vz\n")?;
     }
     write_face_header(mesh.triangles.len(), out)?;
+    if !mesh.springs.is_empty() {
+        writeln!(out, "element edge {}", mesh.springs.len())?;
+        out.write_all(SPRING_PROPERTIES)?;
+    }
+    out.write_all(END)?;
     for (i, point) in mesh.points.iter().enumerate() {
         for c in point {
             out.write_all(&c.to_le_bytes())?;
@@ -39,7 +50,8 @@ pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
         }
     }
 
-    write_faces(&mesh.triangles, out)
+    write_faces(&mesh.triangles, out)?;
+    mesh.springs.iter().try_for_each(|spring| write_spring(spring, out))
 }
 
 /// One frame of a simulation.
@@ -133,6 +145,7 @@ pub fn write_ply_frame(frame: &PlyFrame<'_>, out: &mut impl Write) -> io::Result
         }
     }
     write_face_header(frame.triangles.len(), out)?;
+    out.write_all(END)?;
     for particle in 0..count {
         for PlyProperty { names, values } in properties() {
             let width = names.len();
@@ -144,7 +157,7 @@ pub fn write_ply_frame(frame: &PlyFrame<'_>, out: &mut impl Write) -> io::Result
 }
 
 fn write_face_header(count: usize, out: &mut impl Write) -> io::Result<()> {
-    write!(out, "element face {count}\nproperty list uchar uint vertex_indices\nend_header\n")
+    write!(out, "element face {count}\nproperty list uchar uint vertex_indices\n")
 }
 
 fn write_faces(triangles: &[[u32; 3]], out: &mut impl Write) -> io::Result<()> {
@@ -155,4 +168,20 @@ fn write_faces(triangles: &[[u32; 3]], out: &mut impl Write) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// A spring without a rest length has NaN there.
+fn write_spring(spring: &MeshSpring, out: &mut impl Write) -> io::Result<()> {
+    for point in spring.points {
+        out.write_all(&point.to_le_bytes())?;
+    }
+    for number in [spring.stiffness, spring.damping, spring.rest_length.unwrap_or(f64::NAN)] {
+        out.write_all(&number.to_le_bytes())?;
+    }
+    let kind = match spring.kind {
+        SpringKind::Stretch => 0,
+        SpringKind::Shear => 1,
+        SpringKind::Bend => 2,
+    };
+    out.write_all(&[kind])
 }

@@ -24,4 +24,3 @@ pub(super) use book::PairEnergy;
 pub(super) use count::Count;
 pub(super) use rounds::{Contact, ROUNDS, Review, Scene};
 pub(super) use rows::PairRows;
-pub(super) use wall::When;

@@ -11,7 +11,7 @@ use super::{
     rows::PairRows,
     rules::SETTLING,
     search::Search,
-    wall::{Wall, When},
+    wall::Wall,
     ways::{Start, wide},
 };
 use crate::{
@@ -25,6 +25,7 @@ use crate::{
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{Own, block_count, per_block, per_block_mut, per_row, per_row_mut, several_per_block_mut},
     report::{StepFailure, SurfaceReport},
+    sub_step::SubStep,
     surface::closest,
 };
 
@@ -83,7 +84,7 @@ pub(crate) struct Scene<'a, R: Real> {
     pub(crate) state: &'a State<R>,
     /// Changes of velocity in the sub-step before (m/s), where solves start from them; else none.
     pub(crate) before: &'a [Sixteen<R>],
-    pub(crate) when: When,
+    pub(crate) sub_step: SubStep,
     pub(crate) gravity: Vec3<f64>,
     pub(crate) friction: f64,
     /// How fast (m/s) lost thickness is given back.
@@ -114,9 +115,9 @@ impl<R: Real> Contact<R> {
     /// # Errors
     /// Where so many parts could meet that their pairs do not fit into memory, or the step is given up.
     pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) -> Result<(), StepFailure> {
-        let Scene { model, surface, state, before, when: When { dt, .. }, gravity, .. } = scene;
-        let start = Start { x: &state.x, v: &state.v, dv: before, dt, gravity };
-        let regained = scene.recovery * dt;
+        let Scene { model, surface, state, before, sub_step, gravity, .. } = scene;
+        let start = Start { x: &state.x, v: &state.v, dv: before, sub_step, gravity };
+        let regained = scene.recovery * sub_step.dt;
         let found = self.search.begin(model, surface, start, regained, &mut self.pairs, scene.interrupt);
         found.map_err(|stopped| failure_of(model, surface, stopped))?;
         self.list_walls(scene);
@@ -127,20 +128,20 @@ impl<R: Real> Contact<R> {
     }
 
     fn list_walls(&mut self, scene: Scene<'_, R>) {
-        let Scene { model, colliders, state, when, .. } = scene;
+        let Scene { model, colliders, state, sub_step, .. } = scene;
         let Self { search, walls, .. } = self;
         walls.resize(block_count(model.count, model.block_size), Vec::new());
         model.share.own().each(per_block_mut(walls), |block, walls| {
             walls.clear();
             if !colliders.is_empty() {
-                Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), when, walls);
+                Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), sub_step, walls);
             }
         });
     }
 
     /// Takes the pairs that push over into the rows of the next solve, beside the inverse diagonal blocks without them.
     pub(crate) fn set(&mut self, scene: Scene<'_, R>, inverse: &[Inverse3]) {
-        let Scene { model, state, when: When { dt, .. }, .. } = scene;
+        let Scene { model, state, sub_step: SubStep { dt, .. }, .. } = scene;
         let walls = self.walls.iter().flatten();
         self.rows.set((model, inverse), &self.pairs, walls, (&state.v, dt));
         self.groups.find(model, &self.pairs, self.walls.iter().flatten());
@@ -161,7 +162,7 @@ impl<R: Real> Contact<R> {
         next: &State<R>,
         round: u32,
     ) -> Result<Review, StepFailure> {
-        let Scene { model, state, when: When { dt, .. }, .. } = scene;
+        let Scene { model, state, sub_step: SubStep { dt, .. }, .. } = scene;
         let walls = self.walls.iter().flatten();
         self.energy = PairEnergy::of((model, &self.groups), &self.pairs, walls, [&state.v, &next.v], dt);
         let active = self.pairs.iter().filter(|pair| pair.activity.pushes()).count();
@@ -208,7 +209,7 @@ impl<R: Real> Contact<R> {
 
     /// Reviews all walls: whether other ones push, and by how much friction is off.
     fn review_walls(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) -> (bool, Off) {
-        let Scene { model, surface, state, when, .. } = scene;
+        let Scene { model, surface, state, sub_step, .. } = scene;
         let (mut is_changed, mut off) = (false, Off::default());
         for wall in self.walls.iter_mut().flatten() {
             let particle = wall.particle as usize;
@@ -218,7 +219,7 @@ impl<R: Real> Contact<R> {
             let of_particle = (surface.thickness_of(wall.particle), inv_m);
             let rounds = [round, ROUNDS - LAST];
             let (changed, of) =
-                wall.review(collider, (wide(&state.x[particle]), v), when, of_particle, rounds);
+                wall.review(collider, (wide(&state.x[particle]), v), sub_step, of_particle, rounds);
             is_changed |= changed;
             off = off.and(of);
         }
@@ -227,7 +228,7 @@ impl<R: Real> Contact<R> {
 
     /// Lets a copy of what a solve led to meet colliders, as the sub-step will.
     fn meet(&mut self, scene: Scene<'_, R>, next: &State<R>) {
-        let Scene { model, colliders, state, when: When { dt, end }, .. } = scene;
+        let Scene { model, colliders, state, sub_step, .. } = scene;
         let [x, v] = &mut self.ends;
         x.clone_from(&next.x);
         v.clone_from(&next.v);
@@ -237,13 +238,13 @@ impl<R: Real> Contact<R> {
         for wall in self.walls.iter_mut().flatten() {
             wall.keep_push(
                 &wide(&next.v[wall.particle as usize]),
-                dt,
+                sub_step.dt,
                 model.inv_m[wall.particle as usize].to_f64(),
             );
         }
         let Self { walls, given, ends: [x, v], kept, .. } = self;
-        rub(model, colliders, walls, given, (&state.x, dt), [x, v]);
-        let contacts = Contacts { colliders, time: end, dt, share: &model.share, user: &model.user };
+        rub(model, colliders, walls, given, (&state.x, sub_step.dt), [x, v]);
+        let contacts = Contacts { colliders, sub_step, share: &model.share, user: &model.user };
         resolve(contacts, &model.inv_m, [&state.x, &state.v], [x, v], None, kept);
     }
 
@@ -284,7 +285,7 @@ impl<R: Real> Contact<R> {
 
     /// Reviews all pairs, and whether each is safe.
     fn look(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) {
-        let Scene { model, surface, state, when: When { dt, .. }, friction, .. } = scene;
+        let Scene { model, surface, state, sub_step: SubStep { dt, .. }, friction, .. } = scene;
         let Self { pairs, looks, ends, .. } = self;
         let count = pairs.len();
         make_room(looks, count, pairs.capacity());
@@ -319,7 +320,7 @@ impl<R: Real> Contact<R> {
     /// Looks for pairs about the ways that the last solve led along.
     fn look_again(&mut self, scene: Scene<'_, R>) -> Result<(), StepFailure> {
         let Scene { model, surface, state, .. } = scene;
-        let regained = scene.recovery * scene.when.dt;
+        let regained = scene.recovery * scene.sub_step.dt;
         let ends = [&*state.x, &*self.ends[0]];
         let found = self.search.again(model, surface, ends, regained, &mut self.pairs, scene.interrupt);
         found.map_err(|stopped| failure_of(model, surface, stopped))?;

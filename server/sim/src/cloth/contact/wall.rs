@@ -12,6 +12,7 @@ use crate::{
     cloth::layout::{Model, Pushed},
     collide::{Approach, Collider, Felt, push_and_rub},
     math::{Mat3, Padded, Real, Vec3, array3, vec3},
+    sub_step::SubStep,
 };
 
 /// Speed (m/s) beyond which what a solve has of friction is cut off: what sticks.
@@ -57,16 +58,9 @@ struct Goes {
 }
 
 impl Goes {
-    fn approach<'a>(&self, collider: &'a Collider, When { dt, end }: When) -> Approach<'a> {
-        Approach { collider, x: [self.at, self.at + self.way], v: self.v, dt, end }
+    fn approach<'a>(&self, collider: &'a Collider, sub_step: SubStep) -> Approach<'a> {
+        Approach { collider, x: [self.at, self.at + self.way], v: self.v, sub_step }
     }
-}
-
-/// When and for how long a sub-step is: its length and the time at its end (s).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct When {
-    pub(crate) dt: f64,
-    pub(crate) end: f64,
 }
 
 impl Wall {
@@ -76,7 +70,7 @@ impl Wall {
         block: usize,
         colliders: &[Collider],
         ([x, v], ways): ([&[Padded<R>]; 2], &Ways),
-        when: When,
+        sub_step: SubStep,
         out: &mut Vec<Self>,
     ) {
         let first = block * model.block_size;
@@ -87,14 +81,14 @@ impl Wall {
             }
             let (at, way, expected) = (wide(&x[row]), ways.free(row as u32), ways.expected(row as u32));
             for (number, collider) in colliders.iter().enumerate() {
-                let (distance, normal) = collider.distance(array3(&at), when.end - when.dt);
+                let (distance, normal) = collider.distance(array3(&at), sub_step.start());
                 let gap = distance - collider.margin;
-                let velocity = vec3(collider.velocity_at(array3(&at), when.end - when.dt));
-                let room = (expected - velocity * when.dt).norm() + ways.reach(row as u32);
+                let velocity = vec3(collider.velocity_at(array3(&at), sub_step.start()));
+                let room = (expected - velocity * sub_step.dt).norm() + ways.reach(row as u32);
                 if gap > room {
                     continue;
                 }
-                let regained = (collider.recovery * when.dt).min(-gap);
+                let regained = (collider.recovery * sub_step.dt).min(-gap);
                 let mut wall = Self {
                     particle: row as u32,
                     collider: number as u32,
@@ -112,7 +106,7 @@ impl Wall {
                     pushed_along: Vec3::zeros(),
                     slowed: Vec3::zeros(),
                 };
-                wall.begin(collider, (at, wide(&v[row]), way), when, inv_m);
+                wall.begin(collider, (at, wide(&v[row]), way), sub_step, inv_m);
                 out.push(wall);
             }
         }
@@ -123,20 +117,20 @@ impl Wall {
         &mut self,
         collider: &Collider,
         (at, v, way): (Vec3<f64>, Vec3<f64>, Vec3<f64>),
-        when: When,
+        sub_step: SubStep,
         inv_m: f64,
     ) {
-        let goes = Goes { at, way, v: [v, way / when.dt] };
-        self.bounces = goes.approach(collider, when).bounces();
-        if !self.meets(collider, &goes, when) {
+        let goes = Goes { at, way, v: [v, way / sub_step.dt] };
+        self.bounces = goes.approach(collider, sub_step).bounces();
+        if !self.meets(collider, &goes, sub_step) {
             return;
         }
-        let velocity = way / when.dt;
-        let short = self.target - self.gap_after(&velocity, when.dt);
+        let velocity = way / sub_step.dt;
+        let short = self.target - self.gap_after(&velocity, sub_step.dt);
         if short > 0.0 {
             self.activity = Activity::Active;
             // As if it carried itself alone.
-            let bound = collider.friction * short / when.dt / inv_m;
+            let bound = collider.friction * short / sub_step.dt / inv_m;
             if collider.friction > 0.0 {
                 let along = self.along(&velocity);
                 let came = self.along(&v).norm();
@@ -146,25 +140,25 @@ impl Wall {
     }
 
     /// Puts it where a particle meets the collider on its way; whether it does so.
-    fn meets(&mut self, collider: &Collider, goes: &Goes, when: When) -> bool {
+    fn meets(&mut self, collider: &Collider, goes: &Goes, sub_step: SubStep) -> bool {
         if self.bounces {
             return false;
         }
         let end = goes.at + goes.way;
-        let (distance, normal) = collider.distance(array3(&end), when.end);
+        let (distance, normal) = collider.distance(array3(&end), sub_step.end);
         let (gap, at_end) = (distance - collider.margin, vec3::<f64>(normal));
         if gap >= self.target {
             return false;
         }
-        self.velocity = vec3(collider.velocity_at(array3(&end), when.end));
-        let way = goes.way - self.velocity * when.dt;
+        self.velocity = vec3(collider.velocity_at(array3(&end), sub_step.end));
+        let way = goes.way - self.velocity * sub_step.dt;
         let is_same_side = |normal: &Vec3<f64>| normal.dot(&at_end) > SAME_SIDE;
         if is_same_side(&self.out) {
             (self.normal, self.at_start) = (at_end, gap - way.dot(&at_end));
             return true;
         }
         // It goes through an edge, or all of the solid: the side counts at which it came.
-        let meeting = if self.gap < 0.0 { None } else { goes.approach(collider, when).meets() };
+        let meeting = if self.gap < 0.0 { None } else { goes.approach(collider, sub_step).meets() };
         let (normal, share) = meeting.unwrap_or((self.out, 0.0));
         (self.normal, self.at_start) = if meeting.is_some() && is_same_side(&normal) {
             (at_end, gap - way.dot(&at_end))
@@ -224,15 +218,15 @@ impl Wall {
         &mut self,
         collider: &Collider,
         (at, v): (Vec3<f64>, [Vec3<f64>; 2]),
-        when: When,
+        sub_step: SubStep,
         (thickness, inv_m): (f64, f64),
         [round, last]: [u32; 2],
     ) -> (bool, Off) {
-        let (dt, velocity) = (when.dt, v[1]);
+        let (dt, velocity) = (sub_step.dt, v[1]);
         let (gap, pushed) = (self.gap_after(&velocity, dt), self.activity.pushes());
         let push = if pushed { self.impulse(&velocity, dt).max(0.0) } else { 0.0 };
         let goes = Goes { at, way: velocity * dt, v };
-        let meets = self.meets(collider, &goes, when);
+        let meets = self.meets(collider, &goes, sub_step);
         let now = if meets { self.gap_after(&velocity, dt) } else { gap };
         if !pushed {
             let falls_short = meets && now < self.target - ADDED * thickness;

@@ -5,6 +5,7 @@ use crate::{
     cloth::layout::{Model, Surface},
     math::{Padded, Real, Sixteen, Vec3},
     parallel::{per_row, per_row_mut},
+    sub_step::SubStep,
     surface::PairKind,
 };
 
@@ -35,20 +36,20 @@ pub(crate) struct Ways {
     reaches: Vec<f64>,
 }
 
-/// Positions and velocities at the start of a sub-step, the changes of velocity of the one before, or none, its length (s), and gravity (m/s²).
+/// Positions and velocities at the start of a sub-step, the changes of velocity of the one before, or none, and gravity (m/s²).
 #[derive(Clone, Copy)]
 pub(crate) struct Start<'a, R: Real> {
     pub(crate) x: &'a [Padded<R>],
     pub(crate) v: &'a [Padded<R>],
     pub(crate) dv: &'a [Sixteen<R>],
-    pub(crate) dt: f64,
+    pub(crate) sub_step: SubStep,
     pub(crate) gravity: Vec3<f64>,
 }
 
 impl Ways {
     /// Ways without forces, x to x + h v + h² g, pins without gravity; and those that are expected, x to x + h (v + dv).
     pub(crate) fn predict<R: Real>(&mut self, model: &Model<R>, surface: &Surface, start: Start<'_, R>) {
-        let Start { dt, gravity, dv, .. } = start;
+        let Start { sub_step: SubStep { dt, .. }, gravity, dv, .. } = start;
         self.reaches.clear();
         let reach_of = |row| REACH * surface.thickness_of(row as u32);
         self.reaches.extend((0..model.count).map(reach_of));

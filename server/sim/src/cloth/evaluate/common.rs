@@ -5,13 +5,13 @@
 //! which G is least among those that all of it shares follows from its momentum alone. What pins hold goes along with the mean
 //! velocity of the pins. Seen from that velocity a step is the same whatever moves past.
 
-use super::{external::symmetric, numbers::StepNumbers};
+use super::{external::symmetric, led::Led, numbers::StepNumbers};
 use crate::{
     cloth::{
         layout::{Model, Part, Pushed},
         state::State,
     },
-    math::{LANES, Mat3, Padded, Real, Sixteen, Vec3},
+    math::{Mat3, Padded, Real, Vec3},
     parallel::between_mut,
 };
 
@@ -65,27 +65,6 @@ enum Vector {
     Push,
     /// Velocities of pins (m/s).
     Pins,
-}
-
-/// Velocities that a step leads to.
-#[derive(Clone, Copy)]
-pub(crate) enum Led<'a, R> {
-    /// A change of velocities.
-    ByChange {
-        from: &'a [Padded<R>],
-        dv: &'a [Sixteen<R>],
-    },
-    To(&'a [Padded<R>]),
-}
-
-impl<R: Real> Led<'_, R> {
-    pub(crate) fn of(&self, row: usize) -> Vec3<f64> {
-        let wide = |field: &[Padded<R>]| field[row].vector().map(R::to_f64);
-        match self {
-            Self::ByChange { from, dv } => wide(from) + dv[row / LANES].get(row % LANES).map(R::to_f64),
-            Self::To(u) => wide(u),
-        }
-    }
 }
 
 impl Sums {
@@ -247,7 +226,7 @@ impl Sums {
         let matrix = self.matrix(part, numbers);
         if part.is_held {
             // As far as pins go on their way.
-            let along = pins * (numbers.dt / (numbers.scheme.beyond * numbers.scheme.h));
+            let along = pins * (numbers.sub_step.dt / (numbers.scheme.beyond * numbers.scheme.h));
             return along.dot(&b) - 0.5 * along.dot(&(matrix * along));
         }
         matrix.cholesky().map_or(0.0, |matrix| 0.5 * b.dot(&matrix.solve(&b)))
@@ -258,12 +237,13 @@ impl Sums {
     fn carried<R: Real>(&self, part: &Part, numbers: &StepNumbers<R>, pins: Vec3<f64>) -> f64 {
         let (before, end, push) = (self.before(), self.end(numbers), self.vector(Vector::Push));
         if part.is_held {
-            return pins.dot(&(end - before - (Self::weight(part, numbers) + push) * numbers.dt));
+            return pins.dot(&(end - before - (Self::weight(part, numbers) + push) * numbers.sub_step.dt));
         }
         let [middle, own] = [(before + end) * 0.5, self.after()].map(|momentum| momentum / part.mass);
         let still = self.vector(Vector::Base) - self.vector(Vector::Still);
         let way = (self.after() - still) * (numbers.scheme.h * numbers.scheme.beyond);
-        middle.dot(&(end - before)) - own.dot(&push) * numbers.dt - numbers.gravity.map(R::to_f64).dot(&way)
+        let fallen = numbers.gravity.map(R::to_f64).dot(&way);
+        middle.dot(&(end - before)) - own.dot(&push) * numbers.sub_step.dt - fallen
     }
 
     /// Momentum (N s) at the end of an implicit step.
@@ -302,6 +282,11 @@ pub(crate) struct Common {
 }
 
 impl Common {
+    /// Whether anything of a cloth moves as a whole: what no pin holds, or what pins that move hold.
+    pub(crate) fn is_any<R: Real>(model: &Model<R>, state: &State<R>) -> bool {
+        model.parts.any_is_loose() || !state.motions.is_empty()
+    }
+
     /// Mean velocity (m/s) of the pins, from the sums of all parts.
     pub(crate) fn pins<R: Real>(model: &Model<R>, sums: &[Sums]) -> Vec3<f64> {
         let count = model.parts.pins().len().max(1) as f64;

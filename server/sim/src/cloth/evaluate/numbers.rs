@@ -7,6 +7,7 @@ use crate::{
         settings::{ClothSettings, Scheme},
     },
     math::{LANES, Real, Vec3, vec3},
+    sub_step::SubStep,
     surroundings::Surroundings,
 };
 
@@ -28,8 +29,8 @@ pub(crate) struct SpringNumbers<R> {
 /// Parameters and time step of a step.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(crate) struct StepNumbers<R: Real> {
-    /// Length of the sub-step (s).
-    pub(crate) dt: f64,
+    /// The sub-step that they are of.
+    pub(crate) sub_step: SubStep,
     /// How an implicit integrator takes it; of an explicit one, h is the length of the sub-step.
     pub(crate) scheme: Scheme,
     /// Numbers for each pattern of laws of the model's springs.
@@ -59,17 +60,17 @@ pub(crate) struct StepNumbers<R: Real> {
 }
 
 impl<R: Real> StepNumbers<R> {
-    /// Takes over the parameters and the surroundings of a sub-step of `dt` (s), `before` (s) being the length of the one
-    /// before, 0 without one; says whether anything changed on which an evaluation depends.
+    /// Takes over the parameters and the surroundings of a sub-step, `before` (s) being the length of the one before, 0 without
+    /// one; says whether anything changed on which an evaluation depends.
     pub(crate) fn refresh(
         &mut self,
         model: &Model<R>,
         parameters: &Parameters,
         settings: &ClothSettings,
         around: &Surroundings<'_>,
-        [dt, before]: [f64; 2],
+        (sub_step, before): (SubStep, f64),
     ) -> bool {
-        let scheme = Scheme::of(settings.integrator, dt, before);
+        let scheme = Scheme::of(settings.integrator, sub_step.dt, before);
         let h = scheme.h;
         let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
         let mirror = R::of(settings.hessian.mirror());
@@ -77,7 +78,7 @@ impl<R: Real> StepNumbers<R> {
             && (self.gravity, self.wind, self.mirror) == (gravity, wind, mirror);
         let is_timeless = !settings.integrator.is_implicit();
         let is_as_long = self.scheme.h.to_bits() == h.to_bits();
-        (self.dt, self.scheme) = (dt, scheme);
+        (self.sub_step, self.scheme) = (sub_step, scheme);
         if is_same && (is_timeless || is_as_long) {
             return false;
         }

@@ -98,8 +98,9 @@ impl<R: Real> WithSimd<R> for HandOver<'_, R> {
 mod tests {
     use crate::{
         cloth::{
-            ClothSettings, ElementKind, ElementList, Model, Network, SpringLaw, SpringRules, Workspace,
-            evaluate::step_matrix::StepMatrix, settings::Purpose,
+            ClothSettings, ElementKind, ElementList, Model, Network, SpringLaw, SpringRules,
+            evaluate::{Evaluated, step_matrix::StepMatrix},
+            settings::Purpose,
         },
         interrupt::Interrupt,
         linalg::{LinearOperator, MatrixParts, Symmetric3, TakeParts},
@@ -143,7 +144,7 @@ mod tests {
         let rules = SpringRules { stretch: law, shear: Some(law), bend: Some(law) };
         let mut network = Network::from_mesh(&mesh, &rules, 0.01);
         let bending = SpringLaw { stiffness: 0.5, damping: 0.01 };
-        network.elements = vec![ElementList::new(ElementKind::QuadraticBending, bending, &mesh)];
+        network.elements = ElementKind::ALL.map(|kind| ElementList::new(kind, bending, &mesh)).to_vec();
         network.drag = 0.03;
         network.pins = (0..35).chain([77]).collect();
 
@@ -155,9 +156,9 @@ mod tests {
             .enumerate()
             .map(|(i, [x, y, z])| [x * 0.9, y + 0.01 * (i * i % 7) as f64, z + 0.005 * (i % 5) as f64]);
         let (x, v) = (model.arrange(&crumpled.collect::<Vec<_>>()), model.arrange(&network.v));
-        let mut work = Workspace::<f64>::new();
+        let mut evaluated = Evaluated::<f64>::default();
         let purpose = Purpose::of(&settings);
-        work.size_for(&model, &settings, purpose);
+        evaluated.size_for(&model, purpose);
         let interrupt = &Interrupt::default();
         let around = Surroundings {
             dt: 0.02,
@@ -167,10 +168,10 @@ mod tests {
             time: 0.0,
             interrupt,
         };
-        work.numbers.refresh(&model, &parameters, &settings, &around, [around.dt, 0.0]);
-        work.evaluation.look(&model, &work.numbers, purpose, [&x, &v], &work.scratches);
-        let matrix =
-            StepMatrix::new((&model, &work.numbers), &x, &work.evaluation, &work.scratches, interrupt);
+        evaluated.numbers.refresh(&model, &parameters, &settings, &around, (around.whole(), 0.0));
+        evaluated.evaluation.look(&model, &evaluated.numbers, purpose, [&x, &v], &evaluated.scratches);
+        let Evaluated { numbers, evaluation, scratches, .. } = &evaluated;
+        let matrix = StepMatrix::new((&model, numbers), &x, evaluation, scratches, interrupt);
 
         let number = |i: usize| ((i * i * 37 + i) % 101) as f64 / 50.0 - 1.0;
         let is_free = |row: usize| row < model.count && model.inv_m[row] > 0.0;

@@ -10,7 +10,7 @@ pub(super) enum At {
     /// The same, of which surfaces are kept apart: the solve of a round, counted from 0, with the pairs that push. From the second on it starts
     /// from that of the round before.
     Round(u32),
-    /// The iterate in the workspace's `next`.
+    /// The iterate in the `next` of the step.
     Iterate,
     /// The same, a balance: the solve looks for a direction of negative curvature.
     Balance,

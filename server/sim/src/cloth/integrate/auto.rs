@@ -12,10 +12,11 @@ use super::{
     mix::Mix,
     newton::{Iterate, Search, Tried},
     update::Step,
+    vectors::Vectors,
 };
 use crate::{
     cloth::{
-        evaluate::Workspace,
+        evaluate::Evaluated,
         judge::{Found, moving, risen_most},
         settings::ClothSettings,
     },
@@ -47,7 +48,9 @@ impl<R: Real> Step<'_, R> {
     /// Puts what was solved for where iterates are, in the air that the solve was made in; returns the inertia of the start of the step, in
     /// the sense of `Leftover`.
     fn return_to_solution(&mut self, found: Found) -> f64 {
-        let Workspace { next, trial: [x, v], inertias, numbers, scratches, .. } = &mut *self.work;
+        let Evaluated { numbers, scratches, .. } = &mut *self.evaluated;
+        let Vectors { trial: [x, v], inertias, .. } = &mut *self.vectors;
+        let next = &mut *self.next;
         numbers.freeze_air(self.model, [&self.state.x, &self.state.v], scratches);
         if found != Found::End {
             std::mem::swap(&mut next.x, x);
@@ -73,7 +76,7 @@ impl<R: Real> Search<'_, '_, R> {
             }
             let is_alone = self.report.is_none();
             self.solve_again()?;
-            let (promised, slack) = (self.step.work.cg.descent(), self.slack(&now));
+            let (promised, slack) = (self.step.solver.cg.descent(), self.slack(&now));
             // Rounding hides whether it falls.
             let Some(new) = self.search(&now)? else { return Ok(now) };
             let lacks = promised - (now.value() - new.value_on_the_way());
@@ -84,15 +87,14 @@ impl<R: Real> Search<'_, '_, R> {
                 return Ok(now);
             }
         }
-        let Step { model, state, work, .. } = &*self.step;
-        let particle = risen_most(model, &work.numbers, [state, &work.next]);
+        let Step { model, state, next, evaluated, .. } = &*self.step;
+        let particle = risen_most(model, &evaluated.numbers, [state, next]);
         let [value, limit] = missed;
         Err(StepFailure::Missed { particle, value, limit, solves: SOLVES })
     }
 
     /// What moves and is stretched at the start of the step or at an iterate (J): see [`moving`].
     fn moving(&self, iterate: &Iterate) -> f64 {
-        let Workspace { start, common, .. } = &*self.step.work;
-        moving([&start.total, &iterate.total], common)
+        moving([self.step.start, &iterate.total], self.step.common)
     }
 }

@@ -5,7 +5,7 @@
 use super::update::Step;
 use crate::{
     cloth::{
-        evaluate::{StepNumbers, Workspace},
+        evaluate::{Evaluated, StepNumbers},
         layout::Model,
         state::State,
     },
@@ -28,15 +28,15 @@ impl<R: Real> Step<'_, R> {
     /// particle there: the part of its acceleration that is along gravity, from nothing to free fall (Chen et al. 2024,
     /// section 3.7).
     pub(super) fn fall(&mut self) {
-        let Workspace { evaluation, next, numbers, .. } = &mut *self.work;
-        let model = self.model;
+        let Evaluated { evaluation, numbers, .. } = &*self.evaluated;
+        let (model, next) = (self.model, &mut *self.next);
         let gravity = array3(&numbers.gravity);
         let square: f64 = gravity.iter().map(|c| c * c).sum();
         if square == 0.0 {
             return;
         }
         let along = gravity.map(|c| R::of(c / square));
-        let longest = R::of(numbers.dt / numbers.scheme.beyond);
+        let longest = R::of(numbers.sub_step.dt / numbers.scheme.beyond);
         let (gravity, h) = (gravity.map(R::of), R::of(numbers.scheme.h));
         let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
         let fields = (per_row(&model.inv_m), per_sixteen(&evaluation.rows), iterate);
@@ -130,10 +130,10 @@ impl<R: Real> Momenta<'_, R> {
 
 impl<R: Real> Step<'_, R> {
     fn momenta(&self) -> Momenta<'_, R> {
-        let Workspace { evaluation, next, numbers, .. } = &*self.work;
+        let Evaluated { evaluation, numbers, .. } = &*self.evaluated;
         let (model, state) = (self.model, self.state);
         let past = numbers.scheme.past;
-        Momenta { model, state, past, numbers, rest: &evaluation.rows, u: &next.v }
+        Momenta { model, state, past, numbers, rest: &evaluation.rows, u: &self.next.v }
     }
 
     /// Whether the momentum of a component with pins does not balance after so many sweeps: what is left over of it is more
@@ -141,7 +141,7 @@ impl<R: Real> Step<'_, R> {
     pub(super) fn unbalanced(&self, sweeps: u32) -> Option<StepFailure> {
         let model = self.model;
         let components = model.components.as_ref().expect("laid out for these settings");
-        let numbers = &self.work.numbers;
+        let numbers = &self.evaluated.numbers;
         let gravity = numbers.gravity.map(R::to_f64) * numbers.scheme.h;
         (0..components.count()).filter(|it| components.is_pinned(*it)).find_map(|it| {
             let rows = components.rows(it);
@@ -161,7 +161,7 @@ impl<R: Real> Step<'_, R> {
     pub(super) fn take_common_motion(&mut self) -> bool {
         let model = self.model;
         let components = model.components.as_ref().expect("laid out for these settings");
-        let mut shifts = std::mem::take(&mut self.work.shifts);
+        let mut shifts = std::mem::take(&mut self.vectors.shifts);
         shifts.clear();
         shifts.extend((0..components.count()).map(|it| {
             let rows = components.rows(it);
@@ -169,7 +169,7 @@ impl<R: Real> Step<'_, R> {
                 return Vec3::zeros();
             }
             let Sums { rest, mass, air, .. } = self.momenta().sums(rows);
-            let StepNumbers { scheme, drag, external, .. } = &self.work.numbers;
+            let StepNumbers { scheme, drag, external, .. } = &self.evaluated.numbers;
             let mass = mass + scheme.h * drag.to_f64() * rows.len() as f64;
             if external.air.is_empty() {
                 return (rest / mass).map(R::of);
@@ -179,9 +179,8 @@ impl<R: Real> Step<'_, R> {
         }));
         let moves = shifts.iter().any(|shift| *shift != Vec3::zeros());
         if moves {
-            let Workspace { next, numbers, .. } = &mut *self.work;
-            let h = R::of(numbers.scheme.h);
-            let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
+            let h = R::of(self.evaluated.numbers.scheme.h);
+            let iterate = [per_row_mut(&mut self.next.x), per_row_mut(&mut self.next.v)];
             model.share.own().each(iterate, |block, [x, v]| {
                 for (row, (x, v)) in (block * model.block_size..model.count).zip(x.iter_mut().zip(v)) {
                     if model.inv_m[row] > R::zero() {
@@ -193,7 +192,7 @@ impl<R: Real> Step<'_, R> {
             });
             self.watch.lap(Stage::Position);
         }
-        self.work.shifts = shifts;
+        self.vectors.shifts = shifts;
         moves
     }
 }

@@ -6,7 +6,7 @@
 use super::update::Step;
 use crate::{
     cloth::{
-        evaluate::{StepNumbers, Workspace, symmetric},
+        evaluate::{Evaluated, StepNumbers, symmetric},
         layout::Model,
     },
     linalg::{lane_sums, lanes_at},
@@ -29,7 +29,8 @@ impl<R: Real> Step<'_, R> {
     pub(super) fn take_common_part(&mut self) -> Option<CommonPart<R>> {
         let model = self.model;
         let loose = model.loose.as_ref()?;
-        let Workspace { evaluation, momenta, numbers, .. } = &mut *self.work;
+        let Evaluated { evaluation, numbers, .. } = &mut *self.evaluated;
+        let momenta = &mut self.vectors.momenta;
         let is_still = numbers.gravity.iter().all(|c| *c == R::zero()) && numbers.drag == R::zero();
         if is_still && numbers.external.is_empty() {
             return None;

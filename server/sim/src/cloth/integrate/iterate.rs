@@ -18,8 +18,6 @@ use crate::{
 pub(super) struct Start<'a, R: Real> {
     model: &'a Model<R>,
     state: &'a State<R>,
-    /// Length of the sub-step (s).
-    dt: f64,
     scheme: Scheme,
     numbers: &'a StepNumbers<R>,
 }
@@ -30,8 +28,7 @@ type Rows<'a, R> = ([&'a [Padded<R>]; 2], Option<[&'a [Padded<R>]; 2]>, [&'a [R]
 
 impl<'a, R: Real> Start<'a, R> {
     pub(super) fn new(model: &'a Model<R>, state: &'a State<R>, numbers: &'a StepNumbers<R>) -> Self {
-        let StepNumbers { dt, scheme, .. } = numbers;
-        Self { model, state, dt: *dt, scheme: *scheme, numbers }
+        Self { model, state, scheme: numbers.scheme, numbers }
     }
 
     /// What blocks are made of.
@@ -100,7 +97,7 @@ impl<'a, R: Real> Start<'a, R> {
         next: &mut State<R>,
         moved: &mut [Moved],
     ) -> f64 {
-        let before = self.state.past.dt;
+        let (dt, before) = (self.numbers.sub_step.dt, self.state.past.dt);
         if integrator.has_past() {
             next.size_past();
         }
@@ -118,10 +115,10 @@ impl<'a, R: Real> Start<'a, R> {
         });
 
         if !integrator.has_past() {
-            return 0.5 * self.dt;
+            return 0.5 * dt;
         }
-        next.past.dt = self.dt;
-        if before > 0.0 { error_constant(integrator, self.dt, before) } else { 0.5 * self.dt }
+        next.past.dt = dt;
+        if before > 0.0 { error_constant(integrator, dt, before) } else { 0.5 * dt }
     }
 }
 
@@ -141,10 +138,10 @@ impl<R: Real> Block<'_, R> {
     /// X - x_n and V of sixteen rows, their free masses and their inverses.
     #[inline(always)]
     pub(super) fn at<P: Pack<Number = R>>(&self, group: usize) -> ([[P; 3]; 2], [P; 2]) {
-        let Start { scheme, dt, .. } = self.start;
+        let scheme = self.start.scheme;
         let [m, inv_m] = [lanes_at::<P>(self.m, group), lanes_at::<P>(self.inv_m, group)];
         let v = packs_at::<P>(self.v, group);
-        let (of_pins, past) = (P::of(scheme.of_pins(dt)), P::of(scheme.past));
+        let (of_pins, past) = (P::of(scheme.of_pins), P::of(scheme.past));
         let pinned = three!(|c| v[c] * of_pins - (v[c] * of_pins).where_positive(inv_m));
         let masses = [m.where_positive(inv_m), inv_m];
         let Some([past_x, past_v]) = self.past else { return ([pinned, v], masses) };
@@ -169,9 +166,9 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> f64 {
         let Self { block, x: to_x, v: to_v } = self;
-        let Start { scheme, dt, numbers, .. } = block.start;
+        let Start { scheme, numbers, .. } = block.start;
         let wide = P::Wide::of;
-        let of_pins = P::of(dt / scheme.beyond);
+        let of_pins = P::of(numbers.sub_step.dt / scheme.beyond);
         let (drag, wind) = (wide(scheme.h * numbers.drag.to_f64()), array3(&numbers.wind).map(wide));
         let (h, inverse) = (P::of(scheme.h), wide(-1.0 / scheme.h));
         let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
@@ -280,7 +277,8 @@ impl<R: Real> WithSimd<R> for Finish<'_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> Moved {
         let Self { block, from, to: [to_x, to_v], before } = self;
-        let Start { scheme, dt, numbers, .. } = block.start;
+        let Start { scheme, numbers, .. } = block.start;
+        let dt = numbers.sub_step.dt;
         let weights = Weights { m: block.m, inv_m: block.inv_m, numbers, first: block.first };
         let wide = P::Wide::of;
         let (of_this, of_past, of_both) = (wide(1.0 / dt), wide(-1.0 / before), wide(2.0 / (dt + before)));

@@ -4,6 +4,8 @@
 //! vectors that it added up. h = dt;
 //! a(x, v) = (springs + drag) / m + g, 0 for pins, whose velocity is prescribed.
 
+mod vectors;
+mod solver;
 mod update;
 mod explicit_euler;
 mod symplectic_euler;
@@ -26,21 +28,17 @@ mod vertex_block_descent;
 #[cfg(test)]
 mod tests;
 
-use update::Step;
+pub(super) use solver::Solver;
+pub(super) use update::Step;
+pub(super) use vectors::Vectors;
 
 use super::{
-    evaluate::{Motion, Workspace},
+    evaluate::Motion,
     judge::Found,
-    layout::Model,
     settings::{ClothSettings, Integrator, Minimizer},
-    state::State,
 };
 use crate::{
-    interrupt::Interrupt,
-    linalg::SolveReport,
-    math::Real,
-    report::{StepFailure, Stopwatch},
-    surroundings::Surroundings,
+    interrupt::Interrupt, linalg::SolveReport, math::Real, report::StepFailure, surroundings::Surroundings,
 };
 
 /// What a sub-step that is tried tells.
@@ -51,62 +49,54 @@ pub(super) struct Advanced {
     pub(super) motion: Motion,
 }
 
-/// Writes the state at a time (s), one time step after `state`, which was evaluated, into the workspace's `next`. What was known of
-/// `state` is then used up.
+/// Writes where a step leads, from a state that was evaluated. What was known of that is then used up.
 pub(super) fn advance<R: Real>(
-    model: &Model<R>,
+    step: &mut Step<'_, R>,
     settings: &ClothSettings,
-    (around, end): (&Surroundings<'_>, f64),
-    state: &State<R>,
-    work: &mut Workspace<R>,
-    watch: &mut dyn Stopwatch,
+    around: &Surroundings<'_>,
 ) -> Result<Advanced, StepFailure> {
     let interrupt = around.interrupt;
     if interrupt.is_requested() {
         return Err(StepFailure::Interrupted);
     }
 
-    work.forget();
-    let mut step = Step { model, state, work, watch };
+    step.evaluated.forget();
+    step.solver.forget();
     let mut solve = None;
     let scale = match settings.integrator {
-        Integrator::ExplicitEuler => explicit_euler::advance(&mut step),
-        Integrator::SymplecticEuler => symplectic_euler::advance(&mut step),
-        Integrator::VelocityVerlet => velocity_verlet::advance(&mut step),
-        Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
+        Integrator::ExplicitEuler => explicit_euler::advance(step),
+        Integrator::SymplecticEuler => symplectic_euler::advance(step),
+        Integrator::VelocityVerlet => velocity_verlet::advance(step),
+        Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(step),
         Integrator::ImplicitEuler | Integrator::ImplicitMidpoint | Integrator::Bdf2 => {
-            let (report, found, scale) = match (settings.minimizer, model.thick_surface()) {
+            let (report, found, scale) = match (settings.minimizer, step.model.thick_surface()) {
                 (Minimizer::VertexBlockDescent { sweeps }, _) => {
-                    vertex_block_descent::advance(&mut step, settings, sweeps, interrupt)?
+                    vertex_block_descent::advance(step, settings, sweeps, interrupt)?
                 }
                 (_, Some(surface)) if settings.solves_from_state() => {
-                    with_contact::advance(&mut step, settings, surface, (around, end))?
+                    with_contact::advance(step, settings, surface, around)?
                 }
-                _ if settings.solves_from_state() => one_step::advance(&mut step, settings, interrupt)?,
-                _ => newton::advance(&mut step, settings, interrupt)?,
+                _ if settings.solves_from_state() => one_step::advance(step, settings, interrupt)?,
+                _ => newton::advance(step, settings, interrupt)?,
             };
             solve = Some((report, found));
             scale
         }
     };
 
-    Ok(Advanced { solve, motion: Motion::of(&model.share, &work.moved, model.free_count, scale) })
+    Ok(Advanced { solve, motion: step.motion(scale) })
 }
 
 /// Goes on from where one linear solve led, and writes the state where that leads: see [`advance`]. `found` is what the solve found, and
 /// `accuracy` how much of what moves and is stretched a fall may lack.
 pub(super) fn go_on<R: Real>(
-    (model, settings): (&Model<R>, &ClothSettings),
+    step: &mut Step<'_, R>,
+    settings: &ClothSettings,
     interrupt: &Interrupt,
-    state: &State<R>,
-    work: &mut Workspace<R>,
-    watch: &mut dyn Stopwatch,
     found: (SolveReport, Found),
     accuracy: f64,
 ) -> Result<Advanced, StepFailure> {
-    work.know_nothing();
-    let mut step = Step { model, state, work, watch };
-    let (report, found, scale) = auto::go_on(&mut step, settings, interrupt, found, accuracy)?;
-    let motion = Motion::of(&model.share, &work.moved, model.free_count, scale);
-    Ok(Advanced { solve: Some((report, found)), motion })
+    step.evaluated.forget();
+    let (report, found, scale) = auto::go_on(step, settings, interrupt, found, accuracy)?;
+    Ok(Advanced { solve: Some((report, found)), motion: step.motion(scale) })
 }

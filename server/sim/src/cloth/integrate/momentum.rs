@@ -3,9 +3,9 @@
 //! led uphill (O'Donoghue and Candes 2015, the gradient's restart). Errors of wave length n particles then take some n sweeps
 //! in place of some n².
 
-use super::update::Step;
+use super::{update::Step, vectors::Vectors};
 use crate::{
-    cloth::evaluate::{SweepSums, Workspace},
+    cloth::evaluate::SweepSums,
     linalg::{lane_sums, lanes_at, packs, store_padded},
     math::{LANES, Pack, Padded, Real, WithSimd, array::dot, dispatch, three},
     parallel::{per_block_mut, per_row, per_row_mut},
@@ -18,8 +18,8 @@ pub(super) struct Momentum(u32);
 impl<R: Real> Step<'_, R> {
     /// Begins with the iterate in `next`.
     pub(super) fn gather_momentum(&mut self) -> Momentum {
-        let Workspace { next, swept: [from, before], .. } = &mut *self.work;
-        let fields = (per_row_mut(from), per_row_mut(before), per_row(&next.v));
+        let Vectors { swept: [from, before], .. } = &mut *self.vectors;
+        let fields = (per_row_mut(from), per_row_mut(before), per_row(&self.next.v));
         self.model.share.own().each(fields, |_, (from, before, v)| {
             from.copy_from_slice(v);
             before.copy_from_slice(v);
@@ -31,7 +31,8 @@ impl<R: Real> Step<'_, R> {
     /// Takes the iterate in `next`, to which a sweep led, beyond its end; says whether that sweep moved anything.
     pub(super) fn extrapolate(&mut self, momentum: &mut Momentum) -> bool {
         let (share, m) = (&self.model.share, per_row(&self.model.m));
-        let Workspace { next, swept: [from, before], sweep_sums, numbers, .. } = &mut *self.work;
+        let Vectors { swept: [from, before], sweep_sums, .. } = &mut *self.vectors;
+        let (next, numbers) = (&mut *self.next, &self.evaluated.numbers);
         let fields = (m, [per_row(from), per_row(before), per_row(&next.v)]);
         share.own().each((per_block_mut(sweep_sums), fields), |_, (sums, (m, [from, before, v]))| {
             *sums = dispatch(Led { m, from, before, v });

@@ -8,10 +8,10 @@
 //! A balance may be a saddle: a flat sheet under compression is one. So the exact tangent is searched for a direction of
 //! negative curvature at the end, and followed where there is one (Nocedal and Wright, Numerical Optimization, ch. 3.4).
 
-use super::{at::At, iterate::Start, mix::Mix, solve::check, update::Step};
+use super::{at::At, iterate::Start, mix::Mix, solve::check, update::Step, vectors::Vectors};
 use crate::{
     cloth::{
-        evaluate::{Leftover, Total, Workspace},
+        evaluate::{Evaluated, Leftover, Total},
         judge::{Found, risen_most, rounding},
         settings::{ClothSettings, Minimizer, NewtonSettings, Purpose},
         state::State,
@@ -73,10 +73,7 @@ pub(super) fn advance<R: Real>(
         Minimizer::Newton(newton) => newton,
         _ => NewtonSettings { tolerance: 0.0, max_iterations: WHOLE_WITHIN },
     };
-    let Workspace { next, inertias, numbers, .. } = &mut *step.work;
-    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], inertias);
-    step.watch.lap(Stage::Position);
-
+    let inertia = step.predict();
     let mut search = Search { step, settings, interrupt, report: None, mix: Mix::EXACT, taken: 0.0 };
     let first = search.evaluate(Tried::Next);
     if let Some(accuracy) = settings.accuracy() {
@@ -98,16 +95,27 @@ pub(super) fn advance<R: Real>(
 }
 
 impl<R: Real> Step<'_, R> {
+    /// Writes the iterate at which velocities do not change into `next`; returns the inertia of the start of the step, in the sense of
+    /// [`Leftover`].
+    pub(super) fn predict(&mut self) -> f64 {
+        let State { x, v, .. } = &mut *self.next;
+        let start = Start::new(self.model, self.state, &self.evaluated.numbers);
+        let inertia = start.predict([x, v], &mut self.vectors.inertias);
+        self.watch.lap(Stage::Position);
+        inertia
+    }
+
     /// Ends the step that the iterate in `next` is the solution of.
     fn finish_iterate(&mut self, settings: &ClothSettings) -> f64 {
-        let Workspace { next, moved, numbers, trial: [x, v], .. } = &mut *self.work;
+        let Vectors { moved, trial: [x, v], .. } = &mut *self.vectors;
+        let (next, numbers) = (&mut *self.next, &self.evaluated.numbers);
         std::mem::swap(&mut next.x, x);
         std::mem::swap(&mut next.v, v);
         let scale =
             Start::new(self.model, self.state, numbers).finish(settings.integrator, [x, v], next, moved);
         // Of a step from the state more is evaluated.
-        if self.work.numbers.scheme.beyond == 1.0 && !settings.solves_from_state() {
-            self.work.know(Purpose::of(settings));
+        if numbers.scheme.beyond == 1.0 && !settings.solves_from_state() {
+            self.evaluated.know(Purpose::of(settings));
         }
         self.watch.lap(Stage::Position);
         scale
@@ -140,10 +148,10 @@ impl<R: Real> Search<'_, '_, R> {
     /// Evaluates an iterate; the rows are then its residual.
     pub(super) fn evaluate(&mut self, tried: Tried) -> Iterate {
         let kind = Purpose::Iterate(self.settings.solver.preconditioner);
-        let Step { model, state, work, watch } = &mut *self.step;
-        let Workspace { evaluation, next, trial, leftovers, numbers, scratches, .. } = &mut **work;
-        let State { x: next_x, v: next_v, dv, .. } = next;
-        let [trial_x, trial_v] = trial;
+        let Step { model, state, next, evaluated, vectors, watch, .. } = &mut *self.step;
+        let Evaluated { evaluation, numbers, scratches, .. } = &mut **evaluated;
+        let State { x: next_x, v: next_v, dv, .. } = &mut **next;
+        let Vectors { trial: [trial_x, trial_v], leftovers, .. } = &mut **vectors;
         let is_lagged = tried == Tried::Trial && numbers.has_damped_springs();
         let lagged = is_lagged.then(|| {
             evaluation.run(model, numbers, kind, [&mut *next_x, &mut *trial_v], scratches);
@@ -213,7 +221,7 @@ impl<R: Real> Search<'_, '_, R> {
     /// Takes a share of the change that was solved for, such that what is minimised falls; none where rounding hides
     /// whether it does.
     pub(super) fn search(&mut self, now: &Iterate) -> Result<Option<Iterate>, StepFailure> {
-        let predicted = self.step.work.cg.descent();
+        let predicted = self.step.solver.cg.descent();
         let slack = self.slack(now);
         let mut share = 1.0;
         for _ in 0..HALVINGS {
@@ -222,7 +230,7 @@ impl<R: Real> Search<'_, '_, R> {
             let is_lower = new.value_on_the_way() <= now.value() - 2.0 * SHARE * share * predicted;
             // Directions at the end may differ: the residual there may not point back by much. r.du is twice what the
             // solve predicts.
-            let is_damped = self.step.work.numbers.has_damped_springs();
+            let is_damped = self.step.evaluated.numbers.has_damped_springs();
             let is_short = !is_damped || new.leftover.along >= -BACK * 2.0 * predicted;
             let is_hidden = predicted <= slack && new.leftover.square <= HIDDEN * now.leftover.square;
             if is_lower && is_short || is_hidden {
@@ -241,28 +249,30 @@ impl<R: Real> Search<'_, '_, R> {
 
     /// No change, or none as a whole, lowers what is minimised.
     fn no_descent(&self) -> StepFailure {
-        let Step { model, state, work, .. } = &*self.step;
-        let particle = risen_most(model, &work.numbers, [state, &work.next]);
-        let predicted = work.cg.descent();
+        let Step { model, state, next, evaluated, solver, .. } = &*self.step;
+        let particle = risen_most(model, &evaluated.numbers, [state, next]);
+        let predicted = solver.cg.descent();
         StepFailure::Descent { particle, value: 0.0, predicted, limit: SHARE }
     }
 
     /// A bound on what rounding does to the difference of two values near this one (J).
     pub(super) fn slack(&self, now: &Iterate) -> f64 {
-        let Step { model, work, .. } = &*self.step;
-        2.0 * rounding(model, &work.numbers, &now.total, work.evaluation.largest_coordinate)
+        let Step { model, evaluated, .. } = &*self.step;
+        2.0 * rounding(model, &evaluated.numbers, &now.total, evaluated.evaluation.largest_coordinate)
     }
 
     /// Writes a share of the change of velocities into `trial`.
     pub(super) fn go(&mut self, share: f64) {
-        let Workspace { next, numbers, trial: [x, v], .. } = &mut *self.step.work;
-        Start::new(self.step.model, self.step.state, numbers).go([&next.x, &next.v], &next.dv, share, [x, v]);
-        self.step.watch.lap(Stage::Position);
+        let Step { model, state, next, evaluated, vectors, watch, .. } = &mut *self.step;
+        let [x, v] = &mut vectors.trial;
+        Start::new(model, state, &evaluated.numbers).go([&next.x, &next.v], &next.dv, share, [x, v]);
+        watch.lap(Stage::Position);
     }
 
     /// Takes what was tried for the iterate.
     pub(super) fn take(&mut self) {
-        let Workspace { next, trial: [x, v], .. } = &mut *self.step.work;
+        let Step { next, vectors, .. } = &mut *self.step;
+        let [x, v] = &mut vectors.trial;
         std::mem::swap(&mut next.x, x);
         std::mem::swap(&mut next.v, v);
     }
@@ -277,9 +287,9 @@ impl<R: Real> Search<'_, '_, R> {
     ) -> (SolveReport, Found, f64) {
         let report = self.report(&first, &last, outcome);
         let lift = self.step.balance_iterate();
-        let pins = |iterate: &Iterate| iterate.total.pin_work_from(self.step.work.common.pins).max(0.0);
+        let pins = |iterate: &Iterate| iterate.total.pin_work_from(self.step.common.pins).max(0.0);
         let pin_work = pins(&first) + pins(&last);
-        let left = if self.settings.has_sweeps() { SWEEPS * self.step.work.common.fallen } else { 0.0 };
+        let left = if self.settings.has_sweeps() { SWEEPS * self.step.common.fallen } else { 0.0 };
         let found = Found::Iterate {
             inertia,
             potential: last.total.potential() + lift.unwrap_or(0.0),
@@ -288,7 +298,7 @@ impl<R: Real> Search<'_, '_, R> {
         };
         let scale = self.step.finish_iterate(self.settings);
         if lift.is_some() {
-            self.step.work.know_nothing();
+            self.step.evaluated.forget();
         }
         (report, found, scale)
     }
@@ -302,7 +312,7 @@ impl<R: Real> Search<'_, '_, R> {
         }
         let relative_residual = (last.leftover.square / first.leftover.square).sqrt();
         // Where iterates end at their cap, what the last change lowered is about what is left.
-        let residual = (2.0 * self.step.work.cg.descent()).max(0.0).sqrt();
+        let residual = (2.0 * self.step.solver.cg.descent()).max(0.0).sqrt();
         SolveReport { outcome, relative_residual, residual, ..report }
     }
 }

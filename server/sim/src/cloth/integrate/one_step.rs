@@ -9,10 +9,11 @@ use super::{
     iterate::Start,
     solve::check,
     update::{Change, MovedBy, Step, Weighed, write_next},
+    vectors::Vectors,
 };
 use crate::{
     cloth::{
-        evaluate::Workspace,
+        evaluate::Evaluated,
         judge::Found,
         settings::{ClothSettings, Purpose},
         state::State,
@@ -42,7 +43,7 @@ pub(super) fn advance<R: Real>(
         check(&report)?;
     }
     step.balance_change();
-    if step.work.numbers.scheme.beyond == 1.0 {
+    if step.evaluated.numbers.scheme.beyond == 1.0 {
         step.kick_by_dv_and_drift();
         return Ok((report, Found::End, step.error_of_change()));
     }
@@ -53,7 +54,7 @@ pub(super) fn advance<R: Real>(
 impl<R: Real> Step<'_, R> {
     pub(super) fn has_finite_forces(&self) -> bool {
         let share = &self.model.share;
-        let rows = share.own().groups(&self.work.evaluation.rows);
+        let rows = share.own().groups(&self.evaluated.evaluation.rows);
         let is_finite = rows.iter().all(|row| row.0.iter().flatten().all(|c| c.to_f64().is_finite()));
         let mut are_finite = true;
         share.tell([f64::from(u8::from(is_finite))], |[of_rank]| are_finite &= of_rank > 0.0);
@@ -63,18 +64,18 @@ impl<R: Real> Step<'_, R> {
     /// Whether positions and velocities at the end are numbers.
     pub(super) fn has_finite_ends(&self) -> bool {
         let is_finite = |row: &Padded<R>| row.vector().iter().all(|c| c.to_f64().is_finite());
-        let State { x, v, .. } = &self.work.next;
+        let State { x, v, .. } = &*self.next;
         x.iter().all(is_finite) && v.iter().all(is_finite)
     }
 
     /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
     pub(super) fn show_forces(&mut self) {
-        let Workspace { evaluation, next, .. } = &mut *self.work;
+        let (rows, next) = (&self.evaluated.evaluation.rows, &mut *self.next);
         let places = self.model.inv_m.iter().enumerate();
         for (i, inv_m) in places {
             let (group, lane) = (i / LANES, i % LANES);
             let is_free = *inv_m > R::zero();
-            let dv = if is_free { evaluation.rows[group].get(lane) } else { Vec3::zeros() };
+            let dv = if is_free { rows[group].get(lane) } else { Vec3::zeros() };
             next.dv[group].set(lane, dv);
         }
     }
@@ -82,19 +83,19 @@ impl<R: Real> Step<'_, R> {
     /// v' = v + dv, x' = x + h v'.
     pub(super) fn kick_by_dv_and_drift(&mut self) {
         let dt = self.dt();
-        let Workspace { next, moved, numbers, .. } = &mut *self.work;
+        let (next, numbers) = (&mut *self.next, &self.evaluated.numbers);
         let dv = std::mem::take(&mut next.dv);
         let change = Change { a: &dv, h: R::one(), dt, by: MovedBy::New, weighed: Weighed::All, numbers };
-        write_next(self.model, self.state, next, &change, moved);
+        write_next(self.model, self.state, next, &change, &mut self.vectors.moved);
         next.dv = dv;
         self.watch.lap(Stage::Position);
     }
 
     /// v' = v + 2 dv, x' = x + H (v + dv), by way of the state in the middle, which is what was solved for.
     fn go_beyond(&mut self, settings: &ClothSettings) -> (Found, f64) {
-        let Workspace {
-            evaluation, next, moved, inertias, numbers, trial: [x, v], scratches, common, ..
-        } = &mut *self.work;
+        let Evaluated { evaluation, numbers, scratches, .. } = &mut *self.evaluated;
+        let Vectors { moved, inertias, trial: [x, v], .. } = &mut *self.vectors;
+        let next = &mut *self.next;
         let start = Start::new(self.model, self.state, numbers);
         start.predict([&mut next.x, &mut next.v], inertias);
         start.go([&next.x, &next.v], &next.dv, 1.0, [x, v]);
@@ -109,7 +110,7 @@ impl<R: Real> Step<'_, R> {
         self.watch.lap(Stage::Force);
 
         let (potential, pin_work) =
-            (evaluation.total.potential(), evaluation.total.pin_work_from(common.pins));
+            (evaluation.total.potential(), evaluation.total.pin_work_from(self.common.pins));
         let scale = start.finish(settings.integrator, [x, v], next, moved);
         self.watch.lap(Stage::Position);
         (Found::Middle { potential, pin_work }, scale)

@@ -7,9 +7,10 @@ use super::{
     at::At,
     mix::Mix,
     newton::{Iterate, Search, Tried},
+    update::Step,
 };
 use crate::{
-    cloth::{evaluate::Workspace, settings::ClothSettings},
+    cloth::settings::ClothSettings,
     linalg::{Outcome, SolveReport, SolverSettings, Stop, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
     parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut},
@@ -27,15 +28,15 @@ impl<R: Real> Search<'_, '_, R> {
     /// Goes to where what is minimised is lower than at the iterate in `next`, a balance; none where that is a minimum.
     pub(super) fn leave_saddle(&mut self, now: &Iterate) -> Result<Option<Iterate>, StepFailure> {
         // The exact tangent need not be positive definite: iterates that were evaluated with it are evaluated again.
-        let mirror = self.step.work.numbers.mirror;
+        let mirror = self.step.evaluated.numbers.mirror;
         if mirror > R::zero() {
-            self.step.work.numbers.mirror = R::zero() - R::one();
+            self.step.evaluated.numbers.mirror = R::zero() - R::one();
             self.evaluate(Tried::Next);
         }
         self.scatter();
         let settings = self.to_the_end();
         let (report, _) = self.step.solve_mixed(At::Balance, [Mix::EXACT; 2], &settings, self.interrupt);
-        self.step.work.numbers.mirror = mirror;
+        self.step.evaluated.numbers.mirror = mirror;
         if self.interrupt.is_requested() {
             return Err(StepFailure::Interrupted);
         }
@@ -75,7 +76,7 @@ impl<R: Real> Search<'_, '_, R> {
     fn scatter(&mut self) {
         let model = self.step.model;
         let size = model.block_size / LANES;
-        let rows = per_sixteen_mut(&mut self.step.work.evaluation.rows);
+        let rows = per_sixteen_mut(&mut self.step.evaluated.evaluation.rows);
         model.share.own().each(rows, |block, rows| {
             for (group, row) in rows.iter_mut().enumerate() {
                 for lane in 0..LANES {
@@ -97,16 +98,16 @@ impl<R: Real> Search<'_, '_, R> {
     /// Puts the direction in which the solve met the curvature where changes of velocity are; returns how far the fastest
     /// particle goes by it in the step (m).
     fn follow(&mut self, iteration: u32) -> f64 {
-        let share = &self.step.model.share;
-        let Workspace { cg, next, numbers, squares, .. } = &mut *self.step.work;
+        let Step { model, next, evaluated, solver, vectors, .. } = &mut *self.step;
+        let (share, squares) = (&model.share, &mut vectors.squares);
         // Where it was the first direction, the solve has gone along it.
-        let direction = (iteration > 1).then(|| per_row(cg.direction()));
+        let direction = (iteration > 1).then(|| per_row(solver.cg.direction()));
         let fields = (per_block_mut(squares), per_sixteen_mut(&mut next.dv), direction);
         share.own().each(fields, |_, (square, dv, from)| *square = dispatch(Follow { dv, from }));
         let here = share.own().blocks(squares).iter().copied().fold(0.0, f64::max);
         let mut greatest = 0.0;
         share.tell([here], |[of_rank]| greatest = f64::max(greatest, of_rank));
-        numbers.scheme.h * greatest.sqrt()
+        evaluated.numbers.scheme.h * greatest.sqrt()
     }
 
     /// The mean rest length of the springs (m).

@@ -6,12 +6,11 @@ use super::{
 };
 use crate::{
     cloth::{
-        evaluate::{StepMatrix, Workspace},
-        layout::Model,
+        evaluate::{Evaluated, StepMatrix},
         state::State,
     },
     interrupt::Interrupt,
-    linalg::{CoarseLayout, Outcome, PatchLayout, PreconditionerKind, SolveReport, Stop},
+    linalg::{Outcome, PreconditionerKind, SolveReport, Stop},
     math::Real,
 };
 
@@ -20,34 +19,18 @@ impl<R: Real> Step<'_, R> {
     /// are kept do not serve.
     pub(super) fn set_up(&mut self, at: At, kind: PreconditionerKind, interrupt: &Interrupt) {
         let (model, state) = (self.model, self.state);
-        let Workspace { evaluation, numbers, next, coarse, patches, scratches, .. } = &mut *self.work;
-        let State { x: iterate, kept, .. } = next;
-        let (evaluation, numbers, scratches) = (&*evaluation, &*numbers, &*scratches);
+        let State { x: iterate, kept, .. } = &mut *self.next;
+        let Evaluated { evaluation, numbers, scratches, .. } = &*self.evaluated;
         let x = if at.is_iterate() { &*iterate } else { &state.x };
         let matrix = StepMatrix::new((model, numbers), x, evaluation, scratches, interrupt);
-        if let Some(layout) = affine(model, kind) {
-            coarse.fill(layout, &|block, blocks| matrix.project(layout, block, blocks));
-        }
-        let Some(layout) = soft(model, kind) else { return };
-        let now = [numbers.scheme.h, numbers.mirror.to_f64()];
-        if kept.serves(now) {
-            patches.make_again(layout, (model, numbers), kept, scratches, interrupt);
-            return;
-        }
-        // Of the air the matrix has a part that follows from velocities too.
-        if numbers.external.air.is_empty() {
-            kept.begin(x, now);
-        } else {
-            kept.forget();
-        }
-        patches.make(layout, &matrix, &evaluation.inverse, kept);
+        self.solver.set_up(&matrix, &evaluation.inverse, kind, kept);
     }
 
     /// Iterations after which a solve goes on with patches that are set up for it; none where it has these, or ends by no
     /// tolerance, or by another than those before.
     pub(super) fn limit_of_kept(&self, at: At, stop: Stop) -> Option<u32> {
         let is_told = matches!(stop, Stop::Residual { .. }) && at != At::Balance;
-        if is_told { self.work.next.kept.limit() } else { None }
+        if is_told { self.next.kept.limit() } else { None }
     }
 
     /// Takes into account how a solve went with what is kept. Where solves end by no tolerance, iterations do not tell whether
@@ -60,7 +43,7 @@ impl<R: Real> Step<'_, R> {
         report: &SolveReport,
         stop: Stop,
     ) {
-        let kept = &mut self.work.next.kept;
+        let kept = &mut self.next.kept;
         let is_told = kind == PreconditionerKind::Patches && matches!(stop, Stop::Residual { .. });
         match report.outcome {
             Outcome::Converged if is_told && at != At::Balance && guess != Guess::Here => {
@@ -75,14 +58,4 @@ impl<R: Real> Step<'_, R> {
             _ => kept.forget(),
         }
     }
-}
-
-/// The affine functions of a preconditioner, if it has any.
-pub(super) fn affine<R: Real>(model: &Model<R>, kind: PreconditionerKind) -> Option<&CoarseLayout> {
-    model.coarse.as_ref().filter(|_| kind == PreconditionerKind::TwoLevel)
-}
-
-/// The patches of a preconditioner, if it has any.
-pub(super) fn soft<R: Real>(model: &Model<R>, kind: PreconditionerKind) -> Option<&PatchLayout> {
-    model.patches.as_ref().filter(|_| kind == PreconditionerKind::Patches)
 }

@@ -4,20 +4,18 @@ use super::{
     at::{At, Guess},
     common_part::CommonPart,
     mix::Mix,
-    set_up::{affine, soft},
+    solver::Linear,
     update::Step,
 };
 use crate::{
     cloth::{
-        evaluate::{StepMatrix, Workspace, pattern},
+        evaluate::{Evaluated, StepMatrix},
         settings::ClothSettings,
+        state::State,
     },
     interrupt::Interrupt,
-    linalg::{
-        LinearOperator, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop, System,
-        solve,
-    },
-    math::{Padded, Real, Sixteen},
+    linalg::{Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop},
+    math::{Real, Sixteen},
     parallel::{per_sixteen, per_sixteen_mut, size},
     report::{Stage, StepFailure},
 };
@@ -30,7 +28,7 @@ const TRIED_AGAIN: u32 = 32;
 impl<R: Real> Step<'_, R> {
     /// Solves for the change of velocity, into the `dv` of the next state.
     pub(super) fn solve(&mut self, at: At, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
-        self.work.solves += 1;
+        self.solver.solves += 1;
         // What pairs push does not move as one.
         let common = if self.has_rows_of_pairs(at) { None } else { self.take_common_part() };
         let kind = self.choose(settings);
@@ -51,7 +49,7 @@ impl<R: Real> Step<'_, R> {
         settings: &ClothSettings,
         interrupt: &Interrupt,
     ) -> (SolveReport, Mix) {
-        self.work.solves += 1;
+        self.solver.solves += 1;
         let common = self.take_common_part();
         let mut kind = self.choose(settings);
         self.set_up(at, kind, interrupt);
@@ -72,25 +70,26 @@ impl<R: Real> Step<'_, R> {
 
     /// Whether the right-hand side of a solve is what contact keeps of it, with what pairs push: from the first round on in which any does.
     fn has_rows_of_pairs(&self, at: At) -> bool {
-        matches!(at, At::Round(round) if round > 0 || !self.work.contact.rows.is_empty())
+        matches!(at, At::Round(round) if round > 0 || !self.contact.rows.is_empty())
     }
 
     /// Freezes springs with a mix of tangents, at the iterate in `next`.
     fn freeze(&mut self, mix: Mix) {
-        let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
-        evaluation.freeze_springs(self.model, numbers, &next.x, mix.mirror(), scratches);
+        let Evaluated { evaluation, numbers, scratches, .. } = &mut *self.evaluated;
+        evaluation.freeze_springs(self.model, numbers, &self.next.x, mix.mirror(), scratches);
     }
 
     /// Freezes springs as they were evaluated, at the iterate in `next`.
     fn freeze_as_evaluated(&mut self) {
-        let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
-        evaluation.freeze_springs(self.model, numbers, &next.x, numbers.mirror.to_f64(), scratches);
+        let Evaluated { evaluation, numbers, scratches, .. } = &mut *self.evaluated;
+        let mirror = numbers.mirror.to_f64();
+        evaluation.freeze_springs(self.model, numbers, &self.next.x, mirror, scratches);
     }
 
     /// The preconditioner that the next solve begins with. Where one before came to its cap it is the patches that led on,
     /// but now and then what the settings say is tried again.
     fn choose(&mut self, settings: &ClothSettings) -> PreconditionerKind {
-        let since = &mut self.work.next.since_cap;
+        let since = &mut self.next.since_cap;
         if self.model.patches.is_none() || *since == 0 {
             return settings.solver.preconditioner;
         }
@@ -129,9 +128,9 @@ impl<R: Real> Step<'_, R> {
         }
 
         if kind == PreconditionerKind::Patches {
-            self.work.next.kept.forget();
+            self.next.kept.forget();
         } else {
-            self.work.next.since_cap = 1;
+            self.next.since_cap = 1;
         }
         let kind = PreconditionerKind::Patches;
         // Patches are made of the tangent that was evaluated, which is positive semi-definite.
@@ -153,18 +152,17 @@ impl<R: Real> Step<'_, R> {
         &mut self,
         (at, guess): (At, Guess),
         common: Option<&CommonPart<R>>,
-        solver: SolverSettings,
+        settings: SolverSettings,
         interrupt: &Interrupt,
     ) -> SolveReport {
-        let (model, state, kind) = (self.model, self.state, solver.preconditioner);
+        let (model, state) = (self.model, self.state);
         let has_rows_of_pairs = self.has_rows_of_pairs(at);
-        let solver = &SolverSettings { warm_start: guess != Guess::Zero, ..solver };
-        let Workspace {
-            evaluation, numbers, next, assembled, coarse, patches, cg, scratches, contact, ..
-        } = &mut *self.work;
+        let settings = &SolverSettings { warm_start: guess != Guess::Zero, ..settings };
+        let State { x: iterate, dv, .. } = &mut *self.next;
+        let Evaluated { evaluation, numbers, scratches, .. } = &*self.evaluated;
         let groups = evaluation.rows.len();
-        size(&mut next.dv, groups);
-        if kind == PreconditionerKind::Patches && interrupt.is_requested() {
+        size(dv, groups);
+        if settings.preconditioner == PreconditionerKind::Patches && interrupt.is_requested() {
             // They may not have been made.
             return SolveReport::at_once(Outcome::IterationCap, f64::NAN);
         }
@@ -181,40 +179,23 @@ impl<R: Real> Step<'_, R> {
             }
         };
 
-        let numbers = &*numbers;
-        let x = if at.is_iterate() { &next.x } else { &state.x };
-        let pairs = Some(&contact.rows).filter(|rows| has_rows_of_pairs && !rows.is_empty());
+        let x = if at.is_iterate() { &*iterate } else { &state.x };
+        let of_contact = &self.contact.rows;
+        let pairs = Some(of_contact).filter(|rows| has_rows_of_pairs && !rows.is_empty());
         let matrix = StepMatrix::new((model, numbers), x, evaluation, scratches, interrupt).with(pairs);
         let (b, inverse) = match pairs {
             Some(rows) => (&rows.b[..], &rows.inverse[..]),
-            None if has_rows_of_pairs => (contact.rows.kept(), &evaluation.inverse[..]),
+            None if has_rows_of_pairs => (of_contact.kept(), &evaluation.inverse[..]),
             None => (&evaluation.rows[..], &evaluation.inverse[..]),
         };
-        let stored;
-        let operator: &dyn LinearOperator<R> = match solver.operator {
-            OperatorKind::MatrixFree => &matrix,
-            OperatorKind::Assembled => {
-                let room = assembled.get_or_insert_with(|| pattern(model));
-                matrix.assemble(room);
-                stored = Interruptible { operator: &*room, interrupt };
-                &stored
-            }
-        };
-        let (coarse, patches) = (&*coarse, patches.matrix());
-        let coarse = affine(model, kind).map(|layout| (layout, coarse));
-        let patches = soft(model, kind).map(|layout| (layout, patches));
-        let system = System { operator, b, inverse, coarse, patches };
-        let report = solve(&system, &mut next.dv, &begin, solver, &model.share, cg);
-        self.work.products += u64::from(report.products);
-        report
+        self.solver.solve(&Linear { matrix, b, inverse }, dv, &begin, settings)
     }
 
     /// Adds the common part to a change of velocity that was solved for.
     fn give_back(&mut self, common: Option<&CommonPart<R>>) {
         if let Some(common) = common {
-            let Workspace { next, cg, .. } = &mut *self.work;
-            common.add(self.model, &mut next.dv);
-            cg.lower(common.descent);
+            common.add(self.model, &mut self.next.dv);
+            self.solver.cg.lower(common.descent);
         }
         self.watch.lap(Stage::Solve);
     }
@@ -241,21 +222,5 @@ pub(super) fn check(report: &SolveReport) -> Result<(), StepFailure> {
         | Outcome::NegativeCurvature { .. }
         | Outcome::ZeroCurvature { .. }
         | Outcome::IndefinitePreconditioner { .. } => Ok(()),
-    }
-}
-
-/// An operator whose solve can be given up.
-struct Interruptible<'a, R> {
-    operator: &'a dyn LinearOperator<R>,
-    interrupt: &'a Interrupt,
-}
-
-impl<R: Real> LinearOperator<R> for Interruptible<'_, R> {
-    fn apply(&self, first_row: usize, p: &[Padded<R>], q: &mut [Sixteen<R>]) -> [f64; 2] {
-        self.operator.apply(first_row, p, q)
-    }
-
-    fn is_interrupted(&self) -> bool {
-        self.interrupt.is_requested()
     }
 }

@@ -1,15 +1,18 @@
 //! Newton's method iterate by iterate.
 
 use super::{
-    iterate::Start,
     mix::Mix,
     newton::{Iterate, Search, Tried},
+    solver::Solver,
     update::Step,
+    vectors::Vectors,
 };
 use crate::{
     cloth::{
         ClothSettings, Hessian, Minimizer, Model, Network, NewtonSettings, SpringLaw, SpringRules, State,
-        Workspace, evaluate::Evaluation, settings::Purpose,
+        contact::Contact,
+        evaluate::{Common, Evaluated, Evaluation, PartSums, Total},
+        settings::Purpose,
     },
     interrupt::Interrupt,
     linalg::Outcome,
@@ -49,15 +52,30 @@ fn of_crumpled(
     let interrupt = Interrupt::default();
     let (gravity, wind) = ([0.0; 3], [0.0; 3]);
     let around = Surroundings { dt, gravity, wind, colliders: &[], time: 0.0, interrupt: &interrupt };
-    let mut work = Workspace::new();
-    work.size_for(&model, &settings, Purpose::of(&settings));
-    work.numbers.refresh(&model, &parameters, &settings, &around, [dt, 0.0]);
-    work.begin(&state);
-    work.make_room(&state);
+    let mut evaluated = Evaluated::default();
+    evaluated.size_for(&model, Purpose::Iterate(settings.solver.preconditioner));
+    evaluated.numbers.refresh(&model, &parameters, &settings, &around, (around.whole(), 0.0));
+    let mut vectors = Vectors::default();
+    vectors.size_for(&model, &settings);
+    let mut solver = Solver::default();
+    solver.size_for(&model);
+    let mut next = State::default();
+    next.succeed(&state);
 
-    let Workspace { next, inertias, numbers, .. } = &mut work;
-    Start::new(&model, &state, numbers).predict([&mut next.x, &mut next.v], inertias);
-    let mut step = Step { model: &model, state: &state, work: &mut work, watch: &mut NoStopwatch };
+    let mut step = Step {
+        model: &model,
+        state: &state,
+        start: &Total::default(),
+        next: &mut next,
+        evaluated: &mut evaluated,
+        solver: &mut solver,
+        vectors: &mut vectors,
+        contact: &mut Contact::default(),
+        common: &mut Common::default(),
+        of_parts: &mut PartSums::default(),
+        watch: &mut NoStopwatch,
+    };
+    step.predict();
     let mut search = Search {
         step: &mut step,
         settings: &settings,
@@ -102,14 +120,14 @@ fn a_solve_that_meets_negative_curvature_is_made_again_with_more_of_the_absolute
     for number in [2.0, 10.0, 200.0] {
         of_crumpled([number, 0.0], Hessian::Absolute, |search, mut now| {
             // Springs are compressed at the start, by a fifth and more.
-            let tangent = search.step.work.evaluation.tangent.clone();
-            let inverse = search.step.work.evaluation.inverse.clone();
+            let tangent = search.step.evaluated.evaluation.tangent.clone();
+            let inverse = search.step.evaluated.evaluation.inverse.clone();
             let report = search.solve();
             let first = search.mix;
             assert!(first > Mix::EXACT, "{number}: {report:?}");
             assert!(!matches!(report.outcome, Outcome::NegativeCurvature { .. }), "{number}: {report:?}");
-            assert_eq!(u64::from(report.products), search.step.work.products, "what was given up counts");
-            let Evaluation { tangent: mixed, inverse: same, .. } = &search.step.work.evaluation;
+            assert_eq!(u64::from(report.products), search.step.solver.products, "what was given up counts");
+            let Evaluation { tangent: mixed, inverse: same, .. } = &search.step.evaluated.evaluation;
             assert!(*same == inverse, "the absolute tangent preconditions");
             // As it was evaluated, where all of it is absolute.
             assert_eq!(*mixed == tangent, first == Mix::ABSOLUTE);
@@ -126,12 +144,12 @@ fn a_solve_that_meets_negative_curvature_is_made_again_with_more_of_the_absolute
 #[test]
 fn springs_are_frozen_as_an_evaluation_freezes_them() {
     of_crumpled([10.0, 1e-3], Hessian::Absolute, |search, _| {
-        let evaluated = search.step.work.evaluation.tangent.clone();
+        let tangent = search.step.evaluated.evaluation.tangent.clone();
         for (mix, is_same) in [(Mix::EXACT, false), (Mix::ABSOLUTE, true)] {
-            let Step { model, work, .. } = &mut *search.step;
-            let Workspace { evaluation, numbers, next, scratches, .. } = &mut **work;
+            let Step { model, next, evaluated, .. } = &mut *search.step;
+            let Evaluated { evaluation, numbers, scratches, .. } = &mut **evaluated;
             evaluation.freeze_springs(model, numbers, &next.x, mix.mirror(), scratches);
-            assert_eq!(evaluation.tangent == evaluated, is_same, "{mix:?}");
+            assert_eq!(evaluation.tangent == tangent, is_same, "{mix:?}");
         }
     });
 }

@@ -1,8 +1,10 @@
 //! What integrators are made of: new velocities and positions from accelerations, and accelerations in between.
 
+use super::{solver::Solver, vectors::Vectors};
 use crate::{
     cloth::{
-        evaluate::{Moved, MovedSums, StepNumbers, Weights, Workspace},
+        contact::Contact,
+        evaluate::{Common, Evaluated, Motion, Moved, MovedSums, PartSums, StepNumbers, Total, Weights},
         layout::Model,
         state::State,
     },
@@ -12,14 +14,23 @@ use crate::{
     report::{Stage, Stopwatch},
 };
 
-/// A step in progress.
-pub(super) struct Step<'a, R: Real> {
-    pub(super) model: &'a Model<R>,
-    /// Where it starts.
-    pub(super) state: &'a State<R>,
-    /// With the evaluation of `state`, and the room for what comes next.
-    pub(super) work: &'a mut Workspace<R>,
-    pub(super) watch: &'a mut dyn Stopwatch,
+/// A step in progress: what it reads, what it writes, and the memory that each part of it has.
+pub(crate) struct Step<'a, R: Real> {
+    pub(crate) model: &'a Model<R>,
+    /// Where it starts, and the sums over that.
+    pub(crate) state: &'a State<R>,
+    pub(crate) start: &'a Total,
+    /// Where it leads.
+    pub(crate) next: &'a mut State<R>,
+    /// With the evaluation of `state`, which is used up.
+    pub(crate) evaluated: &'a mut Evaluated<R>,
+    pub(crate) solver: &'a mut Solver<R>,
+    pub(crate) vectors: &'a mut Vectors<R>,
+    pub(crate) contact: &'a mut Contact<R>,
+    /// What parts do as a whole, and memory for that.
+    pub(crate) common: &'a mut Common,
+    pub(crate) of_parts: &'a mut PartSums,
+    pub(crate) watch: &'a mut dyn Stopwatch,
 }
 
 /// Which velocity moves particles.
@@ -34,59 +45,65 @@ pub(super) enum MovedBy {
 impl<R: Real> Step<'_, R> {
     /// Time step (s).
     pub(super) fn dt(&self) -> R {
-        R::of(self.work.numbers.dt)
+        R::of(self.evaluated.numbers.sub_step.dt)
     }
 
     /// What the error of a particle is of the accelerations that move it by a method of order 1: h² a / 2 is the leading
     /// term of that of x' in one step (s²).
     pub(super) fn error_of_accelerations(&self) -> f64 {
-        0.5 * self.work.numbers.dt * self.work.numbers.dt
+        0.5 * self.evaluated.numbers.sub_step.dt * self.evaluated.numbers.sub_step.dt
     }
 
     /// The same of a change of velocity: h dv / 2 (s).
     pub(super) fn error_of_change(&self) -> f64 {
-        0.5 * self.work.numbers.dt
+        0.5 * self.evaluated.numbers.sub_step.dt
     }
 
     /// The same of what the second of two kicks adds beyond the first, h (a' - a) / 2: h² (a' - a) / 6 (s).
     pub(super) fn error_of_kicks(&self) -> f64 {
-        self.work.numbers.dt / 3.0
+        self.evaluated.numbers.sub_step.dt / 3.0
+    }
+
+    /// How far it moves particles: the error of each is `scale` times the length of what its block added up.
+    pub(super) fn motion(&self, scale: f64) -> Motion {
+        Motion::of(&self.model.share, &self.vectors.moved, self.model.free_count, scale)
     }
 
     /// v' = v + h a, x' = x + dt v or x + dt v', from the accelerations of the evaluation.
     pub(super) fn kick_and_drift(&mut self, h: R, by: MovedBy) {
         let dt = self.dt();
-        let Workspace { evaluation, next, moved, numbers, .. } = &mut *self.work;
+        let Evaluated { evaluation, numbers, .. } = &*self.evaluated;
         // Of explicit Euler, what it adds to a fall is told apart: |a|² m / 2 is summed.
         let weighed = if by == MovedBy::Old { Weighed::Change } else { Weighed::Nothing };
         let change = Change { a: &evaluation.rows, h, dt, by, weighed, numbers };
-        write_next(self.model, self.state, next, &change, moved);
+        write_next(self.model, self.state, self.next, &change, &mut self.vectors.moved);
         self.watch.lap(Stage::Position);
     }
 
     /// Accelerations at the new positions and velocities.
     pub(super) fn accelerate(&mut self) {
-        self.work.evaluate_forces(self.model);
+        let State { x, v, .. } = &mut *self.next;
+        self.evaluated.accelerate(self.model, [x, v]);
         self.watch.lap(Stage::Force);
     }
 
     /// Accelerations at the new positions, and at the new velocities after h a more.
     pub(super) fn accelerate_ahead(&mut self, h: R) {
-        let Workspace { evaluation, next, predicted, .. } = &mut *self.work;
-        kick_into(self.model, &next.v, &evaluation.rows, h, predicted);
+        let predicted = &mut self.vectors.predicted;
+        kick_into(self.model, &self.next.v, &self.evaluated.evaluation.rows, h, predicted);
         self.watch.lap(Stage::Position);
-        self.work.evaluate_predicted_forces(self.model);
+        self.evaluated.accelerate(self.model, [&mut self.next.x, predicted]);
         self.watch.lap(Stage::Force);
     }
 
     /// v' += h a, the second of two kicks: what it adds beyond the first one is what the error is proportional to. Forces are
     /// those at the velocities after the first kick, or at predicted ones.
     pub(super) fn kick_again(&mut self, h: R) {
-        let (model, share) = (self.model, h.to_f64() / self.work.numbers.dt);
-        let Workspace { evaluation, next, moved, numbers, predicted, .. } = &mut *self.work;
-        let numbers = &*numbers;
+        let (model, share) = (self.model, h.to_f64() / self.evaluated.numbers.sub_step.dt);
+        let Evaluated { evaluation, numbers, .. } = &*self.evaluated;
+        let Vectors { moved, predicted, .. } = &mut *self.vectors;
         let at = (!predicted.is_empty()).then(|| per_row(predicted));
-        let fields = (per_row(&self.state.v), per_row_mut(&mut next.v), per_sixteen(&evaluation.rows));
+        let fields = (per_row(&self.state.v), per_row_mut(&mut self.next.v), per_sixteen(&evaluation.rows));
         let fields = (per_block_mut(moved), fields, (at, per_row(&model.inv_m)));
         model.share.own().each(fields, |block, (moved, (from, v, a), (at, inv_m))| {
             let first = block * (model.block_size / LANES);

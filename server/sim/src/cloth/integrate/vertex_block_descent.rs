@@ -11,10 +11,11 @@ use super::{
     mix::Mix,
     newton::{Search, Tried},
     update::Step,
+    vectors::Vectors,
 };
 use crate::{
     cloth::{
-        evaluate::{SpringSums, StepNumbers, Workspace},
+        evaluate::{Evaluated, SpringSums, StepNumbers},
         judge::Found,
         laws::Stretch,
         layout::{BlockOfRows, BlockScratch, Model},
@@ -43,9 +44,7 @@ pub(super) fn advance<R: Real>(
     sweeps: u32,
     interrupt: &Interrupt,
 ) -> Result<(SolveReport, Found, f64), StepFailure> {
-    let Workspace { next, inertias, numbers, .. } = &mut *step.work;
-    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], inertias);
-    step.watch.lap(Stage::Position);
+    let inertia = step.predict();
 
     let none = SolveReport::at_once(Outcome::IterationCap, 0.0);
     let mut search = Search { step, settings, interrupt, report: Some(none), mix: Mix::EXACT, taken: 0.0 };
@@ -86,10 +85,12 @@ pub(super) fn advance<R: Real>(
 impl<R: Real> Step<'_, R> {
     /// Moves every free particle of the iterate in `next` once.
     fn sweep(&mut self) {
-        self.work.evaluation.runs += 1;
         let (model, own) = (self.model, self.model.share.own());
         let colours = model.colours.as_ref().expect("laid out for these settings");
-        let Workspace { evaluation, next, numbers, trial: [x, v], scratches, .. } = &mut *self.work;
+        let Evaluated { evaluation, numbers, scratches, .. } = &mut *self.evaluated;
+        let Vectors { trial: [x, v], .. } = &mut *self.vectors;
+        let next = &mut *self.next;
+        evaluation.runs += 1;
         let start = Start::new(model, self.state, numbers);
         let scratch = || scratches.take();
         for colour in 0..colours.count() {

@@ -5,7 +5,7 @@
 use super::{at::At, solve::check, update::Step};
 use crate::{
     cloth::{
-        contact::{ROUNDS, Review, Scene, When},
+        contact::{ROUNDS, Review, Scene},
         judge::Found,
         layout::Surface,
         settings::ClothSettings,
@@ -16,13 +16,13 @@ use crate::{
     surroundings::Surroundings,
 };
 
-/// Writes where the step leads that ends at a time (s); returns its solves, what they found, and what the error of a particle is of the vector that its
+/// Writes where the step leads; returns its solves, what they found, and what the error of a particle is of the vector that its
 /// block added up.
 pub(super) fn advance<R: Real>(
     step: &mut Step<'_, R>,
     settings: &ClothSettings,
     surface: &Surface,
-    (around, end): (&Surroundings<'_>, f64),
+    around: &Surroundings<'_>,
 ) -> Result<(SolveReport, Found, f64), StepFailure> {
     let scene = Scene {
         model: step.model,
@@ -30,18 +30,18 @@ pub(super) fn advance<R: Real>(
         colliders: around.colliders,
         state: step.state,
         before: if settings.solver.warm_start { &step.state.dv } else { &[] },
-        when: When { dt: step.work.numbers.dt, end },
-        gravity: step.work.numbers.gravity.map(R::to_f64),
+        sub_step: step.evaluated.numbers.sub_step,
+        gravity: step.evaluated.numbers.gravity.map(R::to_f64),
         friction: settings.contact.friction,
         recovery: settings.contact.recovery,
         interrupt: around.interrupt,
     };
-    step.work.contact.begin(scene, &step.work.evaluation.rows)?;
+    step.contact.begin(scene, &step.evaluated.evaluation.rows)?;
     step.watch.lap(Stage::Collide);
 
     let mut told: Option<SolveReport> = None;
     for round in 0..ROUNDS {
-        step.work.contact.set(scene, &step.work.evaluation.inverse);
+        step.contact.set(scene, &step.evaluated.evaluation.inverse);
         step.watch.lap(Stage::Collide);
         let report = step.solve(At::Round(round), settings, around.interrupt);
         if around.interrupt.is_requested() {
@@ -60,11 +60,11 @@ pub(super) fn advance<R: Real>(
         if !step.has_finite_ends() {
             return Ok((report, Found::End, step.error_of_change()));
         }
-        let review = step.work.contact.review(scene, &step.work.next, round)?;
+        let review = step.contact.review(scene, step.next, round)?;
         step.watch.lap(Stage::Collide);
         if review == Review::Safe {
             return Ok((report, Found::End, step.error_of_change()));
         }
     }
-    Err(step.work.contact.failure(step.model))
+    Err(step.contact.failure(step.model))
 }

@@ -194,8 +194,8 @@ pub(crate) fn accept<R: Real>(
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
     let Motion { own, along, .. } = *after.motion;
     let PairEnergy { given: by_pairs, has_any, .. } = pairs;
-    let medium = numbers.dt * (along - own);
-    let given = medium + numbers.dt / numbers.scheme.h * pins + common.carried + by_pairs;
+    let medium = numbers.sub_step.dt * (along - own);
+    let given = medium + numbers.sub_step.dt / numbers.scheme.h * pins + common.carried + by_pairs;
     let share = match after.found {
         Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
         Found::Middle { .. } => MIDDLE_SHARE,
@@ -216,6 +216,6 @@ pub(crate) fn accept<R: Real>(
     }
     let owes = matches!(after.found, Found::Middle { .. }) || has_any;
     let limit = gain.max(given) + rounding;
-    let at_rest = common.lost - (medium - numbers.dt * common.pushed).min(0.0);
+    let at_rest = common.lost - (medium - numbers.sub_step.dt * common.pushed).min(0.0);
     Ok(Allowance { given: given + rounding, at_rest, limit, owes, totals: [*old, *new] })
 }

@@ -64,7 +64,7 @@ fn fall<R: Real>(
     start: &Start,
     end: &Total,
 ) -> f64 {
-    let (h, gravity) = (numbers.dt, numbers.gravity.map(R::to_f64));
+    let (h, gravity) = (numbers.sub_step.dt, numbers.gravity.map(R::to_f64));
     let [before, after] = [start.total.momentum, end.momentum].map(Vec3::from);
     let [_, _, pushed @ ..] = start.total.swings;
     let moving = match integrator {
@@ -89,11 +89,11 @@ pub(crate) fn gained<R: Real>(
     (pins, moved): (Vec3<f64>, f64),
     judged: Judged,
 ) -> Gain {
-    let Start { energy, kept, rate, .. } = start_of(model, end, integrator, numbers.dt);
+    let Start { energy, kept, rate, .. } = start_of(model, end, integrator, numbers.sub_step.dt);
     // What a surface stops gets back what its method lost in the fall.
     let is_free = start.impulse == [0.0; 3];
     let fall = if is_free { fall((model, numbers, integrator), start, &end.total) } else { 0.0 };
-    let dt = numbers.dt;
+    let dt = numbers.sub_step.dt;
     let [first, last] = [&start.total, &end.total];
     let beside = [first, last].map(|total| total.pin_work_from(pins).max(0.0));
     let carried = 0.5 * (first.pins_along(pins) + start.last_kick.pins_along(pins));

@@ -3,11 +3,14 @@
 mod spring;
 mod element;
 mod quadratic_bending;
+mod plate;
 mod air;
 
 pub use air::Air;
 pub(super) use air::third;
-pub(super) use element::{ElementLaw, Evaluated};
+pub use element::Bending;
+pub(super) use element::{ElementLaw, Evaluated, Found};
+pub(super) use plate::Plate;
 pub(super) use quadratic_bending::QuadraticBending;
 pub(super) use spring::{Spring, Stretch};
 pub use spring::{spring_force, spring_jacobian_v, spring_jacobian_x};
@@ -20,6 +23,7 @@ macro_rules! with_element_laws {
     ($then:ident) => {
         $then! {
             QuadraticBending("quadratic_bending", 4, 3, 0),
+            Plate("plate", 6, 15, 0),
         }
     };
 }
@@ -51,9 +55,15 @@ macro_rules! kinds {
                 }
             }
 
-            /// Elements of a mesh at rest as it lies: their particles, one element after the other, and the numbers that
-            /// never change.
-            pub(super) fn list(self, mesh: &TriangleMesh) -> (Vec<u32>, Vec<f64>) {
+            /// Numbers of one element that never change.
+            pub(super) const fn rest_numbers(self) -> usize {
+                match self {
+                    $(Self::$law => $c,)+
+                }
+            }
+
+            /// Elements of a mesh at rest as it lies.
+            pub(super) fn list(self, mesh: &TriangleMesh) -> Listed {
                 match self {
                     $(Self::$law => list::<$law, $n, $c, $f>(mesh),)+
                 }
@@ -63,18 +73,21 @@ macro_rules! kinds {
 }
 with_element_laws!(kinds);
 
+/// The elements of a mesh under a law, one after the other.
+pub(super) struct Listed {
+    /// The particles of one element after the other.
+    pub(super) particles: Vec<u32>,
+    /// Numbers that never change.
+    pub(super) rest: Vec<f64>,
+    /// What the mesh makes of a plate, under the law that is one.
+    pub(super) bending: Option<Bending>,
+}
+
 fn list<L: ElementLaw<N, C, F>, const N: usize, const C: usize, const F: usize>(
     mesh: &TriangleMesh,
-) -> (Vec<u32>, Vec<f64>) {
-    let (mut particles, mut rest) = (Vec::new(), Vec::new());
-    for element in L::elements(mesh) {
-        crate::interrupt::point();
-        if let Some(numbers) = L::rest(element.map(|particle| mesh.points[particle as usize])) {
-            particles.extend(element);
-            rest.extend(numbers);
-        }
-    }
-    (particles, rest)
+) -> Listed {
+    let Found { particles, rest, bending } = L::elements(mesh);
+    Listed { particles: particles.into_flattened(), rest: rest.into_flattened(), bending }
 }
 
 #[cfg(test)]
@@ -90,10 +103,28 @@ mod tests {
         ((hash ^ (hash >> 29)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// Corners of an element: a regular one, moved by noise.
+    /// Points of a triangle and of its neighbours, moved by noise: as many as an element has.
     fn corners<const N: usize>(seed: usize, by: f64) -> [[f64; 3]; N] {
-        const BASE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.4, 0.9, 0.0], [0.5, -0.8, 0.0]];
+        const BASE: [[f64; 3]; 6] = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.4, 0.9, 0.0],
+            [0.5, -0.8, 0.0],
+            [1.3, 0.8, 0.0],
+            [-0.6, 0.7, 0.0],
+        ];
         std::array::from_fn(|i| std::array::from_fn(|c| BASE[i][c] + by * noise(seed + 3 * i + c)))
+    }
+
+    /// The triangles between such points.
+    fn mesh<const N: usize>(points: [[f64; 3]; N]) -> TriangleMesh {
+        const TRIANGLES: [[u32; 3]; 4] = [[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]];
+        let is_there = |triangle: &[u32; 3]| triangle.iter().all(|corner| (*corner as usize) < N);
+        TriangleMesh {
+            points: points.to_vec(),
+            triangles: TRIANGLES.into_iter().filter(is_there).collect(),
+            ..TriangleMesh::default()
+        }
     }
 
     fn lanes<const N: usize>(x: [[f64; 3]; N]) -> [[Lane; 3]; N] {
@@ -173,12 +204,15 @@ mod tests {
 
     fn check<L: ElementLaw<N, C, F>, const N: usize, const C: usize, const F: usize>() {
         for seed in 0..10 {
-            let rest = L::rest(corners(100 * seed, 0.2)).expect("an element with a shape");
-            let element = Element::<L, N, C, F> { rest, law: std::marker::PhantomData };
-            let x = corners(100 * seed + 50, 0.6);
-            element.check_gradient(x);
-            element.check_tangent(x);
-            element.check_rigid_motion(x);
+            let found = L::elements(&mesh(corners::<N>(100 * seed, 0.2)));
+            assert!(!found.rest.is_empty(), "a mesh of elements with a shape");
+            for rest in found.rest {
+                let element = Element::<L, N, C, F> { rest, law: std::marker::PhantomData };
+                let x = corners(100 * seed + 50, 0.6);
+                element.check_gradient(x);
+                element.check_tangent(x);
+                element.check_rigid_motion(x);
+            }
         }
     }
 

@@ -5,8 +5,9 @@
 //! sqrt(3 / (A0 + A1)), and add to 0; three are kept. The sum is the vector of mean curvature, 0 where the two triangles lie in a plane. The
 //! energy is constant under isometries in its second derivative, which is that of every state: nothing is frozen.
 
-use super::element::{ElementLaw, Evaluated};
+use super::element::{ElementLaw, Evaluated, Found};
 use crate::{
+    interrupt,
     math::{
         Pack,
         array::{cross, dot, length, minus},
@@ -19,27 +20,16 @@ use crate::{
 pub(crate) struct QuadraticBending;
 
 impl ElementLaw<4, 3, 0> for QuadraticBending {
-    fn elements(mesh: &TriangleMesh) -> Vec<[u32; 4]> {
-        let hinge = |pair: &Pair| {
-            let ([a, b], [c, d]) = (pair.edge, pair.opposite);
-            [a, b, c, d]
-        };
-        mesh.pairs().iter().map(hinge).collect()
-    }
-
-    fn rest(x: [[f64; 3]; 4]) -> Option<[f64; 3]> {
-        let [a, b, c, d] = x;
-        let cotangent = |at: [f64; 3], to: [f64; 3], other: [f64; 3]| {
-            let (u, v) = (minus(to, at), minus(other, at));
-            dot(u, v) / length(cross(u, v))
-        };
-        let area = |apex: [f64; 3]| 0.5 * length(cross(minus(b, a), minus(apex, a)));
-        let at_a = [cotangent(a, b, c), cotangent(a, b, d)];
-        let at_b = [cotangent(b, a, c), cotangent(b, a, d)];
-
-        let scale = (3.0 / (area(c) + area(d))).sqrt();
-        let numbers = [at_a[0] + at_a[1], -at_a[0] - at_b[0], -at_a[1] - at_b[1]].map(|k| k * scale);
-        numbers.iter().all(|k| k.is_finite()).then_some(numbers)
+    fn elements(mesh: &TriangleMesh) -> Found<4, 3> {
+        let mut found = Found::default();
+        for Pair { edge: [a, b], opposite: [c, d] } in mesh.pairs() {
+            interrupt::point();
+            let particles = [a, b, c, d];
+            if let Some(rest) = rest(particles.map(|particle| mesh.points[particle as usize])) {
+                found.add(particles, rest);
+            }
+        }
+        found
     }
 
     #[inline(always)]
@@ -73,6 +63,22 @@ impl ElementLaw<4, 3, 0> for QuadraticBending {
         let total: f64 = magnitudes.iter().sum();
         magnitudes.map(|k| k * total)
     }
+}
+
+/// Numbers of an element from where its particles are at rest (m); none where it has no shape to resist with.
+fn rest(x: [[f64; 3]; 4]) -> Option<[f64; 3]> {
+    let [a, b, c, d] = x;
+    let cotangent = |at: [f64; 3], to: [f64; 3], other: [f64; 3]| {
+        let (u, v) = (minus(to, at), minus(other, at));
+        dot(u, v) / length(cross(u, v))
+    };
+    let area = |apex: [f64; 3]| 0.5 * length(cross(minus(b, a), minus(apex, a)));
+    let at_a = [cotangent(a, b, c), cotangent(a, b, d)];
+    let at_b = [cotangent(b, a, c), cotangent(b, a, d)];
+
+    let scale = (3.0 / (area(c) + area(d))).sqrt();
+    let numbers = [at_a[0] + at_a[1], -at_a[0] - at_b[0], -at_a[1] - at_b[1]].map(|k| k * scale);
+    numbers.iter().all(|k| k.is_finite()).then_some(numbers)
 }
 
 /// All four numbers: they add to 0, so that nothing depends on where the origin is.

@@ -3,7 +3,7 @@
 use crate::{
     cloth::{
         laws::Air,
-        network::{Network, SpringLaw},
+        network::{ElementList, Network, SpringLaw},
         settings::{ClothSettings, SurfaceCheck, SurfaceSettings},
     },
     time_step::TimeStep,
@@ -75,6 +75,35 @@ fn check_triangles(network: &Network, settings: &ClothSettings) -> Result<(), St
     }
 }
 
+/// Elements of particles of so many, each with its numbers.
+fn check_elements(list: &ElementList, count: usize) -> Result<(), String> {
+    let ElementList { kind, law, particles, rest, bending } = list;
+    let name = kind.name();
+    for (what, value) in [("stiffness", law.stiffness), ("damping", law.damping)] {
+        if !value.is_finite() || value < 0.0 {
+            return Err(format!("the {what} of {name} is {value}: a finite number from 0 is needed"));
+        }
+    }
+    let (corners, numbers) = (kind.particles(), kind.rest_numbers());
+    let is_whole =
+        particles.len().is_multiple_of(corners) && rest.len() == particles.len() / corners * numbers;
+    if !is_whole || rest.iter().any(|number| !number.is_finite()) {
+        return Err(format!(
+            "{name} has {} particles and {} numbers: {corners} and {numbers} finite ones per element are needed",
+            particles.len(),
+            rest.len()
+        ));
+    }
+    if bending.is_some_and(|told| !told.factor.is_finite() || told.factor <= 0.0 || !told.poisson.is_finite())
+    {
+        return Err(format!("what the mesh makes of {name} is no finite share above 0"));
+    }
+    match particles.iter().find(|end| **end as usize >= count) {
+        Some(end) => Err(format!("{name} names particle {end}: there are {count}, from 0")),
+        None => Ok(()),
+    }
+}
+
 /// What is wrong with a network or its settings, as a sentence.
 pub(crate) fn check_network(network: &Network, settings: &ClothSettings) -> Result<(), String> {
     let count = network.x.len();
@@ -120,19 +149,7 @@ pub(crate) fn check_network(network: &Network, settings: &ClothSettings) -> Resu
 
     check_triangles(network, settings)?;
 
-    for list in &network.elements {
-        for (what, value) in [("stiffness", list.law.stiffness), ("damping", list.law.damping)] {
-            if !value.is_finite() || value < 0.0 {
-                return Err(format!(
-                    "the {what} of {} is {value}: a finite number from 0 is needed",
-                    list.kind.name()
-                ));
-            }
-        }
-        if let Some(end) = list.particles.iter().find(|end| **end as usize >= count) {
-            return Err(format!("{} names particle {end}: there are {count}, from 0", list.kind.name()));
-        }
-    }
+    network.elements.iter().try_for_each(|list| check_elements(list, count))?;
 
     network.springs.iter().enumerate().try_for_each(|(i, spring)| {
         let SpringLaw { stiffness, damping } = spring.law;

@@ -69,7 +69,7 @@ pub struct Model<R: Real> {
     pub(crate) patches: Option<PatchLayout>,
     /// Which particles may move at once, where the settings have them move one by one.
     pub(crate) colours: Option<Colours>,
-    /// What moves as a whole, likewise.
+    /// What moves as a whole, likewise, and where the settings have pieces watched.
     pub(crate) components: Option<Components>,
     /// Its surface, where parts of it keep a distance or crossings are counted.
     pub(crate) surface: Option<Surface>,
@@ -206,10 +206,12 @@ impl<R: Real> Model<R> {
         let components = Components::new(self.count, &self.inv_m, network.pairs(&self.place));
         self.parts = Parts::new(&components, [&self.m, &self.inv_m], self.block_size);
         if settings.has_sweeps() {
-            self.components = Some(components);
             self.colours = Some(Colours::new(self.count, self.block_size, network.pairs(&self.place)));
         } else if settings.solves() {
             self.loose = Loose::new(&self.m, &components);
+        }
+        if settings.has_sweeps() || settings.rest.is_some() {
+            self.components = Some(components);
         }
         Ok(())
     }

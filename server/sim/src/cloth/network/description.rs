@@ -9,36 +9,13 @@ use std::collections::BTreeSet;
 
 use super::continuations::straight_continuations;
 use crate::{
-    cloth::laws::{Air, ElementKind},
+    cloth::laws::{Air, Bending, ElementKind, Listed},
     interrupt,
     math::array::{length, minus},
-    mesh::TriangleMesh,
+    mesh::{MeshSpring, TriangleMesh},
 };
 
-/// What a spring resists.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum SpringKind {
-    /// Along an edge: change of length.
-    Stretch,
-    /// Along the diagonals of a cell, or across a pair of triangles: change of angle.
-    Shear,
-    /// Between particles two apart: folding.
-    Bend,
-}
-
-impl SpringKind {
-    /// Every kind, in the order of the tables of documentation and tests.
-    pub const ALL: [Self; 3] = [Self::Stretch, Self::Shear, Self::Bend];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stretch => "stretch",
-            Self::Shear => "shear",
-            Self::Bend => "bend",
-        }
-    }
-}
+pub use crate::mesh::SpringKind;
 
 /// Stiffness and damping of a spring: f = -k (l - l0) u - nu ((v_i - v_j).u) u.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,6 +50,8 @@ pub struct ElementList {
     pub(crate) particles: Vec<u32>,
     /// Numbers of each element that never change.
     pub(crate) rest: Vec<f64>,
+    /// What the mesh makes of the bending stiffness, under a law that asks.
+    pub(crate) bending: Option<Bending>,
 }
 
 impl ElementList {
@@ -81,8 +60,13 @@ impl ElementList {
     /// # Panics
     /// On a mesh that [`TriangleMesh::check`] refuses.
     pub fn new(kind: ElementKind, law: SpringLaw, mesh: &TriangleMesh) -> Self {
-        let (particles, rest) = kind.list(mesh);
-        Self { kind, law, particles, rest }
+        let Listed { particles, rest, bending } = kind.list(mesh);
+        Self { kind, law, particles, rest, bending }
+    }
+
+    /// What the mesh makes of the bending stiffness, of a plate.
+    pub const fn bending(&self) -> Option<Bending> {
+        self.bending
     }
 
     /// Particles of all elements together.
@@ -116,7 +100,7 @@ pub struct Network {
     pub pins: Vec<u32>,
     /// Springs between particles, each once.
     pub springs: Vec<Spring>,
-    /// Elements of three or four particles, a list per law.
+    /// Elements of three to six particles, a list per law.
     pub elements: Vec<ElementList>,
     /// Linear drag of the medium on each particle (N s/m): f = -drag (v - wind).
     pub drag: f64,
@@ -186,6 +170,23 @@ impl Network {
 
         if let Some(law) = rules.bend {
             network.join(&straight_continuations(mesh), SpringKind::Bend, law, &mut joined);
+        }
+        network
+    }
+
+    /// The springs that a mesh carries; those without a rest length are at rest as it lies. `default_mass` (kg) is the mass of each
+    /// particle of a mesh that carries none.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    pub fn from_springs(mesh: &TriangleMesh, default_mass: f64) -> Self {
+        let mut network = Self::particles_of(mesh, default_mass);
+        network.springs.reserve_exact(mesh.springs.len());
+        for &MeshSpring { points, kind, stiffness, damping, rest_length } in &mesh.springs {
+            network.add(points, kind, SpringLaw { stiffness, damping });
+            if let (Some(length), Some(spring)) = (rest_length, network.springs.last_mut()) {
+                spring.rest_length = length;
+            }
         }
         network
     }

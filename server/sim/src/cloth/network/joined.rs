@@ -64,6 +64,7 @@ fn side_by_side(parts: &[&Network], starts: &[u32]) -> Network {
             law: list.law,
             particles: list.particles.iter().map(|particle| moved(*particle)).collect(),
             rest: list.rest.clone(),
+            bending: list.bending,
         }));
         whole.triangles.extend(part.triangles.iter().map(|corners| corners.map(moved)));
         whole.thickness = whole.thickness.max(part.thickness);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{integrator::Integrator, surface::SurfaceSettings};
+use super::{integrator::Integrator, rest::RestSettings, surface::SurfaceSettings};
 use crate::{
     linalg::{AtCap, PreconditionerKind, SolverSettings, Stop},
     time_step::TimeStep,
@@ -205,6 +205,8 @@ pub struct ClothSettings {
     pub contact: SurfaceSettings,
     /// When the state counts as diverged; none by default.
     pub limits: StateLimits,
+    /// When pieces of it count as calm; none: nothing is watched. No step depends on it.
+    pub rest: Option<RestSettings>,
     /// Particles per block: the unit of parallel work and of sums. A power of two, 32 to 4096.
     /// Part of the scene: results depend on it, never on the number of threads.
     pub block_size: usize,
@@ -222,6 +224,7 @@ impl Default for ClothSettings {
             on_pass: OnPass::default(),
             contact: SurfaceSettings::default(),
             limits: StateLimits::default(),
+            rest: None,
             block_size: Self::DEFAULT_BLOCK_SIZE,
         }
     }

@@ -4,6 +4,7 @@
 
 mod integrator;
 mod surface;
+mod rest;
 mod cloth;
 mod scheme;
 mod purpose;
@@ -11,5 +12,6 @@ mod purpose;
 pub use cloth::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits};
 pub use integrator::Integrator;
 pub(super) use purpose::{Aim, Bounded, Descend, Explicit, Implicit, Purpose, RightHandSide};
+pub use rest::RestSettings;
 pub(super) use scheme::{Scheme, error_constant};
 pub use surface::{SurfaceCheck, SurfaceSettings};

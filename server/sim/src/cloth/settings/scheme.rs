@@ -21,25 +21,23 @@ pub(crate) struct Scheme {
     pub(crate) past: f64,
     /// How far the step ends from its start, over how far X + h u is.
     pub(crate) beyond: f64,
+    /// X - x_n over v_n, of pins (s): they end where they are to be.
+    pub(crate) of_pins: f64,
 }
 
 impl Scheme {
     /// Of a sub-step of `dt` (s) after one of `before` (s), 0 where there is none.
     pub(crate) fn of(integrator: Integrator, dt: f64, before: f64) -> Self {
-        match integrator {
-            Integrator::ImplicitMidpoint => Self { h: 0.5 * dt, past: 0.0, beyond: 2.0 },
+        let (h, past, beyond) = match integrator {
+            Integrator::ImplicitMidpoint => (0.5 * dt, 0.0, 2.0),
             Integrator::Bdf2 if before > 0.0 => {
                 let ratio = dt / before;
                 let whole = 1.0 + 2.0 * ratio;
-                Self { h: (1.0 + ratio) * dt / whole, past: ratio * ratio / whole, beyond: 1.0 }
+                ((1.0 + ratio) * dt / whole, ratio * ratio / whole, 1.0)
             }
-            _ => Self { h: dt, past: 0.0, beyond: 1.0 },
-        }
-    }
-
-    /// X - x_n over v_n, of pins (s): they end where they are to be.
-    pub(crate) fn of_pins(&self, dt: f64) -> f64 {
-        dt / self.beyond - self.h
+            _ => (dt, 0.0, 1.0),
+        };
+        Self { h, past, beyond, of_pins: dt / beyond - h }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::{Padded, Real, bytes};
+use crate::math::{Padded, Real, array3, bytes};
 
 /// A set-up is made anew after a solve with more iterations than its first one, 3/2 as many.
 const MORE: [u32; 2] = [3, 2];
@@ -75,6 +75,17 @@ impl<R: Real> Kept<R> {
         [self.h, self.mirror, f64::from(self.iterations)]
     }
 
+    /// Whether a cloth of so many positions may keep it.
+    pub(crate) fn is_sound(&self, count: usize) -> bool {
+        let Self { x, h, mirror, iterations, .. } = self;
+        let is_finite = |row: &Padded<R>| array3(&row.vector()).iter().all(|c| c.is_finite());
+        [0, count].contains(&x.len())
+            && x.iter().all(is_finite)
+            && h.is_finite()
+            && mirror.is_finite()
+            && *iterations <= MANY
+    }
+
     /// Iterations after which a solve goes on with a new one; none of a new one. Of one that no whole solve has shown to serve, those from
     /// which on it is not worth keeping.
     pub(crate) fn limit(&self) -> Option<u32> {
@@ -133,6 +144,23 @@ mod tests {
         assert!(!other.is_made_as(&kept));
         kept.forget();
         assert!(kept.positions().is_empty() && !kept.serves([0.01, -1.0]));
+    }
+
+    #[test]
+    fn what_no_cloth_keeps_is_known() {
+        let sound = made();
+        assert!(sound.is_sound(1) && Kept::<f64>::default().is_sound(1) && !sound.is_sound(2));
+        let spoiled: [fn(&mut Kept<f64>); 4] = [
+            |kept| kept.x[0] = Padded::new(&Vec3::new(1.0, f64::NAN, 3.0)),
+            |kept| kept.h = f64::INFINITY,
+            |kept| kept.mirror = f64::NAN,
+            |kept| kept.iterations = u32::MAX,
+        ];
+        for spoil in spoiled {
+            let mut kept = made();
+            spoil(&mut kept);
+            assert!(!kept.is_sound(1), "{kept:?}");
+        }
     }
 
     #[test]

@@ -5,9 +5,11 @@
 mod gain;
 mod kept;
 mod cloth;
+mod turns;
 mod report;
 
 pub use cloth::{PathPoint, PinMotion, State};
 pub(crate) use gain::Gain;
 pub(crate) use kept::Kept;
 pub(crate) use report::ClothReport;
+pub(crate) use turns::Turns;

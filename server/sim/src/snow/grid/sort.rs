@@ -21,6 +21,14 @@ use crate::{
     parallel::{Disjoint, Own, between_mut, per_block, per_block_mut},
 };
 
+/// What the order becomes.
+#[derive(Clone, Debug, Default)]
+struct Next {
+    order: Vec<u32>,
+    starts: Vec<u32>,
+    blocks: Vec<u64>,
+}
+
 /// The sorted order and what renews it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sorter {
@@ -36,9 +44,7 @@ pub(crate) struct Sorter {
     pub(super) leaving: Vec<[u32; AROUND]>,
     /// Of each block, where those of each cell begin that stayed in their cell; they come first.
     pub(super) settled: Vec<CellStarts>,
-    next_order: Vec<u32>,
-    next_starts: Vec<u32>,
-    next_blocks: Vec<u64>,
+    next: Next,
     /// Blocks that particles went to from others.
     entered: Vec<u64>,
     /// For each new block, the old blocks around it.
@@ -51,6 +57,8 @@ pub(crate) struct Sorter {
     scattered: bool,
     /// Particles of other ranks that come.
     pub(super) arrivals: Vec<Arrival>,
+    /// Blocks that particles go to, with the block and the direction from which they go, while they are handed over.
+    pub(super) gone: Vec<(u64, usize, usize)>,
     /// Whether blocks are others than before the last sort.
     pub(crate) has_changed: bool,
 }
@@ -72,25 +80,32 @@ impl Sorter {
     pub(crate) fn reserve(&mut self, blocks: usize) {
         self.starts.reserve(blocks);
         self.chunks.reserve(blocks);
-        self.next_starts.reserve(blocks);
+        self.next.starts.reserve(blocks);
         self.cells.reserve(blocks);
         self.leaving.reserve(blocks);
         self.settled.reserve(blocks);
         self.sources.reserve(blocks);
-        self.next_blocks.reserve(blocks);
+        self.next.blocks.reserve(blocks);
         // Every block may send to several before they are counted once.
         self.entered.reserve(8 * blocks);
     }
 
+    /// Room for so many particles, as come from other ranks at most.
+    pub(crate) fn reserve_places(&mut self, count: usize) {
+        self.order.reserve(count);
+        self.next.order.reserve(count);
+        self.codes.reserve(count);
+    }
+
     /// Bytes in use.
     pub(crate) fn bytes(&self) -> usize {
-        (self.order.capacity() + self.next_order.capacity() + self.starts.capacity()) * 4
+        (self.order.capacity() + self.next.order.capacity() + self.starts.capacity()) * 4
             + self.chunks.bytes()
             + self.cells.capacity() * size_of::<CellStarts>()
             + self.codes.capacity() * 2
             + self.settled.capacity() * size_of::<CellStarts>()
             + (self.leaving.capacity() + self.sources.capacity()) * 4 * AROUND
-            + (self.next_blocks.capacity() + self.entered.capacity()) * 8
+            + (self.next.blocks.capacity() + self.entered.capacity()) * 8
     }
 
     /// Sorts from nothing: `nodes` are the places of particles, with the first node of each.
@@ -130,7 +145,7 @@ impl Sorter {
         self.cells.iter_mut().for_each(accumulate);
 
         self.codes.resize(self.order.len(), 0);
-        self.next_order.resize(self.order.len(), 0);
+        self.next.order.resize(self.order.len(), 0);
         self.sources.clear();
         self.scattered = false;
         self.has_changed = true;
@@ -172,20 +187,20 @@ impl Sorter {
         self.arrivals.sort_unstable();
         self.find_blocks(grid);
 
-        let same = self.next_blocks == grid.blocks;
-        if !same || self.sources.len() != self.next_blocks.len() {
+        let same = self.next.blocks == grid.blocks;
+        if !same || self.sources.len() != self.next.blocks.len() {
             self.find_sources(&grid.blocks, periodic);
         }
 
         self.count();
         self.fill(id);
 
-        std::mem::swap(&mut self.order, &mut self.next_order);
-        std::mem::swap(&mut self.starts, &mut self.next_starts);
+        std::mem::swap(&mut self.order, &mut self.next.order);
+        std::mem::swap(&mut self.starts, &mut self.next.starts);
         self.chunks.divide(&self.starts);
         self.codes.resize(self.order.len(), 0);
         if !same {
-            std::mem::swap(&mut grid.blocks, &mut self.next_blocks);
+            std::mem::swap(&mut grid.blocks, &mut self.next.blocks);
             self.sources.clear();
         }
         self.has_changed = !same;
@@ -233,57 +248,56 @@ impl Sorter {
 
     /// Blocks that have particles now, sorted.
     fn find_blocks<R: Real>(&mut self, grid: &Grid<R>) {
-        let Self { leaving, entered, next_blocks, arrivals, .. } = self;
+        let Self { leaving, entered, next, arrivals, .. } = self;
         entered.retain(|key| grid.own_keys.contains(key));
         entered.extend(arrivals.iter().map(|(key, ..)| *key));
         entered.sort_unstable();
         entered.dedup();
         let old = || grid.blocks.iter().zip(&*leaving);
         let kept = old().filter(|(_, leaving)| leaving[STAY] > 0).map(|(key, _)| *key);
-        unite(kept, entered.iter().copied(), next_blocks);
+        unite(kept, entered.iter().copied(), &mut next.blocks);
     }
 
     /// The old blocks around each new one: source i went in direction i to come here.
     fn find_sources(&mut self, blocks: &[u64], periodic: [u32; 3]) {
-        let Self { sources, next_blocks, .. } = self;
-        sources.resize(next_blocks.len(), [NONE; AROUND]);
-        find_neighbors(next_blocks, blocks, sources, |i| direction(AROUND - 1 - i), periodic);
+        let Self { sources, next, .. } = self;
+        sources.resize(next.blocks.len(), [NONE; AROUND]);
+        find_neighbors(&next.blocks, blocks, sources, |i| direction(AROUND - 1 - i), periodic);
     }
 
     /// Starts of the new blocks.
     fn count(&mut self) {
-        let Self { sources, leaving, next_starts, next_blocks, arrivals, next_order, .. } = self;
-        next_starts.clear();
+        let Self { sources, leaving, next, arrivals, .. } = self;
+        next.starts.clear();
 
         // The last stays 0 and becomes the end.
-        next_starts.resize(sources.len() + 1, 0);
-        let fields = (per_block_mut(next_starts), per_block(sources));
+        next.starts.resize(sources.len() + 1, 0);
+        let fields = (per_block_mut(&mut next.starts), per_block(sources));
         Own::whole(sources.len(), 1).each(fields, |_, (count, sources)| {
             *count = (sources.iter().enumerate().filter(|(_, from)| **from != NONE))
                 .map(|(i, from)| leaving[*from as usize][i])
                 .sum();
         });
         for arrivals in arrivals.chunk_by(|a, b| a.0 == b.0) {
-            let block = next_blocks.binary_search(&arrivals[0].0).expect("blocks that are entered are found");
-            next_starts[block] += arrivals.len() as u32;
+            let block = next.blocks.binary_search(&arrivals[0].0).expect("blocks that are entered are found");
+            next.starts[block] += arrivals.len() as u32;
         }
 
         let mut total = 0;
-        for start in next_starts.iter_mut() {
+        for start in &mut next.starts {
             (*start, total) = (total, total + *start);
         }
-        next_order.resize(total as usize, 0);
+        next.order.resize(total as usize, 0);
     }
 
     /// Takes the particles of each new block, by cell and number.
     fn fill(&mut self, id: &[u32]) {
-        let Self { order, starts, codes, leaving, settled, sources, next_starts, next_order, cells, .. } =
-            self;
-        let (arrivals, next_blocks) = (&self.arrivals[..], &self.next_blocks[..]);
+        let Self { order, starts, codes, leaving, settled, sources, next, cells, arrivals, .. } = self;
+        let (arrivals, next_blocks) = (&arrivals[..], &next.blocks[..]);
         cells.resize(sources.len(), [0; CELLS + 1]);
 
         let (order, codes) = (order.as_slice(), codes.as_slice());
-        let fields = (between_mut(next_order, next_starts), per_block_mut(cells), per_block(sources));
+        let fields = (between_mut(&mut next.order, &next.starts), per_block_mut(cells), per_block(sources));
         Own::whole(sources.len(), 1).each(fields, |block, (out, cells, sources)| {
             let arrivals = arrivals_of(arrivals, next_blocks[block]);
             // Where to look for those that changed their cell, and which direction they went.
@@ -339,11 +353,11 @@ fn is_reached(key: u64) -> bool {
 impl Sorter {
     /// The order after particles were put in it: every place is its own.
     pub(crate) fn renumber(&mut self, id: &mut [u32], object: &mut [u16]) {
-        let Self { order, next_order, codes, moved, .. } = self;
+        let Self { order, next, codes, moved, .. } = self;
         let all = Own::whole(order.len(), 1);
-        let fields = (per_block_mut(next_order), per_block(order));
+        let fields = (per_block_mut(&mut next.order), per_block(order));
         all.each(fields, |_, (number, place)| *number = id[*place as usize]);
-        id.copy_from_slice(next_order);
+        id.copy_from_slice(&next.order);
         let fields = (per_block_mut(codes), per_block(order));
         all.each(fields, |_, (code, place)| *code = object[*place as usize]);
         object.copy_from_slice(codes);

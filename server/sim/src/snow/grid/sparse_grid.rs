@@ -33,6 +33,8 @@ pub(crate) struct Grid<R> {
     pub(crate) own_nodes: Range<usize>,
     /// Blocks of nodes, while they are being found.
     spare_blocks: Vec<u64>,
+    /// For each block of nodes, the eight blocks of others behind it, while they are being found.
+    behind_others: Vec<[u32; 8]>,
     /// Velocities after forces and colliders, and masses.
     pub(crate) nodes: Vec<NodeBlock<R>>,
     /// Blocks that `nodes` lie on: those of the last step, whose particles may have moved to others since.
@@ -54,6 +56,7 @@ impl<R> Default for Grid<R> {
             own_keys: 0..u64::MAX,
             own_nodes: 0..0,
             spare_blocks: Vec::new(),
+            behind_others: Vec::new(),
             nodes: Vec::new(),
             written_blocks: Vec::new(),
             changes: Vec::new(),
@@ -68,7 +71,9 @@ impl<R: Real> Grid<R> {
         if !self.others.is_empty() {
             self.add_nodes_of_others(periodic);
         }
-        let Self { blocks, node_blocks, in_front, behind, others, own_keys, own_nodes, .. } = self;
+        let Self {
+            blocks, node_blocks, in_front, behind, others, own_keys, own_nodes, behind_others, ..
+        } = self;
         let place = |key: u64| node_blocks.partition_point(|other| *other < key);
         *own_nodes = place(own_keys.start)..place(own_keys.end);
 
@@ -78,8 +83,8 @@ impl<R: Real> Grid<R> {
         let back = |i: usize| corner(i).map(|c| -c);
         find_neighbors(node_blocks, blocks, behind, back, periodic);
         if !others.is_empty() {
-            let mut behind_others = vec![[NONE; 8]; node_blocks.len()];
-            find_neighbors(node_blocks, others, &mut behind_others, back, periodic);
+            behind_others.resize(node_blocks.len(), [NONE; 8]);
+            find_neighbors(node_blocks, others, behind_others, back, periodic);
             for (own, other) in behind.as_flattened_mut().iter_mut().zip(behind_others.as_flattened()) {
                 if *other != NONE {
                     *own = blocks.len() as u32 + other;
@@ -151,7 +156,7 @@ impl<R: Real> Grid<R> {
     pub(crate) fn bytes(&self) -> usize {
         let keys = [&self.blocks, &self.node_blocks, &self.spare_blocks, &self.written_blocks];
         keys.map(Vec::capacity).iter().sum::<usize>() * 8
-            + (self.in_front.capacity() + self.behind.capacity()) * 32
+            + (self.in_front.capacity() + self.behind.capacity() + self.behind_others.capacity()) * 32
             + (self.tiles.capacity() + self.impulses.capacity()) * size_of::<R>()
             + (self.nodes.capacity() + self.changes.capacity()) * size_of::<NodeBlock<R>>()
     }

@@ -18,8 +18,11 @@ impl Sorter {
         periodic: [u32; 3],
         mut hand_over: impl FnMut(u32, u64),
     ) {
-        let gone: Vec<_> = self.leavers(&grid.blocks, periodic).collect();
-        for (key, block, to) in gone.into_iter().filter(|(key, ..)| !grid.own_keys.contains(key)) {
+        let mut gone = std::mem::take(&mut self.gone);
+        gone.clear();
+        let leavers = self.leavers(&grid.blocks, periodic);
+        gone.extend(leavers.filter(|(key, ..)| !grid.own_keys.contains(key)));
+        for &(key, block, to) in &gone {
             let first = self.starts[block] as usize + self.settled[block][CELLS] as usize;
             for at in first..self.starts[block + 1] as usize {
                 if usize::from(self.codes[at]) / CELLS == to && self.codes[at] != FAR {
@@ -29,6 +32,7 @@ impl Sorter {
             }
             self.leaving[block][to] = 0;
         }
+        self.gone = gone;
     }
 
     /// The same after a step in which particles went too far to be followed: `key_of` tells where each is, if it is anywhere.

@@ -33,9 +33,10 @@ use super::{
     model::SnowModel,
     ranks::Found,
     settings::Forces,
-    state::{SnowState, SnowWorkspace},
+    state::{SnowState, SnowWorkspace, Totals},
     transfer::{
-        StepContext, fastest_node, particles_to_grid, solve_velocities, update_grid, update_particles,
+        GridDiagnostics, StepContext, fastest_node, particles_to_grid, solve_velocities, update_grid,
+        update_particles,
     },
 };
 use crate::{
@@ -43,7 +44,7 @@ use crate::{
     linalg::SolveReport,
     math::Real,
     parallel,
-    report::{Diagnostics, Notices, Stage, StepFailure, Stopwatch, Work},
+    report::{Diagnostics, Notices, Stage, StepFailure, Stopwatch},
     surroundings::Surroundings,
 };
 
@@ -65,15 +66,14 @@ pub fn step<R: Real>(
         state.book.open(sums.entry());
     }
     let mut solve = None;
-    (work.spent, work.given, work.notices) = (Work::default(), 0.0, Notices::default());
-    work.external = 0.0;
-    work.felt.clear();
-    work.felt.resize(around.colliders.len(), Felt::default());
+    work.totals = Totals::default();
+    work.loads.felt.clear();
+    work.loads.felt.resize(around.colliders.len(), Felt::default());
     while !division.is_done() {
         check_stretch(model, state, work)?;
         check_grid(model, &state.particles, work)?;
         let context = division.next(model, state, work)?;
-        let colliders = moved.over(around.colliders, [context.time - context.dt, context.time]);
+        let colliders = moved.over(around.colliders, context.sub_step);
         let context = StepContext { colliders, ..context };
 
         let solved = match velocities_on_grid(model, state, work, &context, watch)? {
@@ -87,8 +87,9 @@ pub fn step<R: Real>(
 
         advance_particles(model, state, work, &context, &division, watch)?;
         if !work.forces.is_empty() {
-            let done = push(state, work, context.dt);
-            (work.given, work.external) = (work.given + done, work.external + done);
+            let done = push(state, work, context.sub_step.dt);
+            work.totals.given += done;
+            work.totals.external += done;
         }
         division.go_on();
     }
@@ -104,16 +105,16 @@ pub fn step<R: Real>(
         gravity: around.gravity,
         substeps: division.substeps,
         dt: division.dt,
-        given: work.given + work_of_colliders,
+        given: work.totals.given + work_of_colliders,
         frame,
         rounding: R::ROUNDING,
     };
     let fastest = culprits(model, state, work).fastest();
     state.book.enter(&model.settings, sums.entry(), &taken, fastest)?;
     let contact_count = work.grid_diagnostics.contacts;
-    let diagnostics = Diagnostics { external_work: work.external, ..sums.diagnostics };
-    let notices = work.notices;
-    Ok(SnowStep { diagnostics, report, contact_count, solve, notices, work: work.spent })
+    let diagnostics = Diagnostics { external_work: work.totals.external, ..sums.diagnostics };
+    let Totals { notices, spent, .. } = work.totals;
+    Ok(SnowStep { diagnostics, report, contact_count, solve, notices, work: spent })
 }
 
 /// The velocity (m/s) of the surfaces that snow touched in a step of the world, and what the motion of colliders gave (J): where
@@ -122,7 +123,7 @@ fn carried<R: Real>(work: &SnowWorkspace<R>, around: &Surroundings<'_>, sums: &S
     let (mut push, mut along, mut given) = (0.0, [0.0; 3], 0.0);
     let [start, end] = [around.time, around.time + around.dt];
     let middle = sums.moment.map(|c| c / sums.mass);
-    for (collider, felt) in around.colliders.iter().zip(&work.felt) {
+    for (collider, felt) in around.colliders.iter().zip(&work.loads.felt) {
         let (pushed, velocity) = (felt.push(), collider.mean_velocity(middle, [start, end]));
         push += pushed;
         along = [0, 1, 2].map(|c| along[c] + pushed * velocity[c]);
@@ -150,13 +151,13 @@ fn velocities_on_grid<R: Real>(
     context: &StepContext<'_>,
     watch: &mut dyn Stopwatch,
 ) -> Result<Nodes, StepFailure> {
-    let SnowWorkspace { sorter, grid, ranks, node_loads, .. } = work;
+    let SnowWorkspace { sorter, grid, ranks, loads, .. } = work;
     let (particles, sorted) = (&state.particles, sorter.sorted());
-    let cells_moved = |speed2: f64| speed2.sqrt() * context.dt / model.settings.cell;
+    let cells_moved = |speed2: f64| speed2.sqrt() * context.sub_step.dt / model.settings.cell;
 
     // 1 and 3. Masses and momenta of particles to nodes, with what forces add to momenta.
-    particles_to_grid(model, particles, sorted, grid, context.dt);
-    work.spent.force_evaluations += 1;
+    particles_to_grid(model, particles, sorted, grid, context.sub_step.dt);
+    work.totals.spent.force_evaluations += 1;
     watch.lap(Stage::ParticlesToGrid);
 
     // 4 and 5. Velocities of nodes, and their collisions.
@@ -167,7 +168,7 @@ fn velocities_on_grid<R: Real>(
             ranks.fetch_tiles(blocks, &mut grid.impulses, len);
         }
     }
-    let mut total = update_grid(model, context, grid, &mut work.block_diagnostics, node_loads);
+    let mut total = update_grid(model, context, grid, &mut work.block_diagnostics, &mut loads.nodes);
     if let Some(ranks) = ranks {
         total = ranks.total(total, &work.block_diagnostics[grid.own_nodes.clone()]);
     }
@@ -184,7 +185,8 @@ fn velocities_on_grid<R: Real>(
     check_mass(model.mass, total.mass)?;
 
     // 6. Velocities at the end of a semi-implicit step.
-    let solved = solve_velocities(model, context, particles, sorted, grid, (&mut work.implicit, node_loads));
+    let memory = (&mut work.implicit, &mut loads.nodes);
+    let solved = solve_velocities(model, context, particles, sorted, grid, memory);
     if context.interrupt.is_requested() {
         return Err(StepFailure::Interrupted);
     }
@@ -193,7 +195,7 @@ fn velocities_on_grid<R: Real>(
     }
 
     let solve = solved.map_err(|outcome| StepFailure::Solver { outcome })?;
-    work.spent.matrix_products += solve.map_or(0, |solve| u64::from(solve.products));
+    work.totals.spent.matrix_products += solve.map_or(0, |solve| u64::from(solve.products));
 
     let (speed2, node) = if solve.is_some() { fastest_node(grid, model.least_mass) } else { (0.0, [0; 3]) };
     let moved = cells_moved(speed2);
@@ -201,6 +203,9 @@ fn velocities_on_grid<R: Real>(
         return Ok(Nodes::TooFast { moved, node });
     }
 
+    let GridDiagnostics { medium_work, wind_work, .. } = work.grid_diagnostics;
+    work.totals.external += medium_work;
+    work.totals.given += wind_work;
     work.sum_node_loads();
     Ok(Nodes::Ready { solve })
 }
@@ -217,8 +222,8 @@ fn advance_particles<R: Real>(
     let particles = &mut state.particles;
 
     // 7 to 10. Deformation gradients; velocities and collisions of particles; positions.
-    let SnowWorkspace { sorter, grid, chunk_diagnostics, block_given, particle_loads, .. } = work;
-    let told = (&mut *chunk_diagnostics, &mut *block_given, particle_loads);
+    let SnowWorkspace { sorter, grid, chunk_diagnostics, block_given, loads, .. } = work;
+    let told = (&mut *chunk_diagnostics, &mut *block_given, &mut loads.particles);
     update_particles(model, context, particles, sorter, grid, told);
     watch.lap(Stage::GridToParticles);
 
@@ -245,8 +250,8 @@ fn advance_particles<R: Real>(
             (all.unwrap_or(found), given)
         }
     };
-    work.given += given;
-    work.notices = work.notices.and(found.notices);
+    work.totals.given += given;
+    work.totals.notices = work.totals.notices.and(found.notices);
     work.extremes = found.extremes;
     work.culprits = division.is_last().then_some(found.culprits);
     if found.followed {

@@ -9,7 +9,7 @@ use crate::{
         grid::{ROOM, key_and_cell, within_reach},
         model::SnowModel,
         particles::Particles,
-        ranks::Found,
+        ranks::{Found, SnowRanks},
         state::SnowWorkspace,
         transfer::weights,
     },
@@ -62,6 +62,9 @@ fn make_room<R: Real>(work: &mut SnowWorkspace<R>) {
     work.partials.reserve(spare);
     work.block_given.reserve(spare);
     work.block_diagnostics.reserve(8 * spare);
+    if let Some(ranks) = work.ranks.as_ref().filter(|ranks| ranks.is_divided()) {
+        work.sorter.reserve_places(ranks.place_of.len());
+    }
 }
 
 /// Puts particles in the sorted order, so that those of a block lie together again.
@@ -73,15 +76,27 @@ pub(crate) fn renew_places<R: Real>(particles: &mut Particles<R>, work: &mut Sno
         return;
     };
     // Those of others come after own ones.
-    let mut order = sorter.order.clone();
-    let mut is_own = vec![false; particles.len()];
-    for place in &order {
+    let SnowRanks { order, is_own, place_of, .. } = &mut *ranks;
+    is_own.clear();
+    is_own.resize(particles.len(), false);
+    for place in &sorter.order {
         is_own[*place as usize] = true;
     }
+    order.clear();
+    order.extend_from_slice(&sorter.order);
     order.extend((0..particles.len() as u32).filter(|place| !is_own[*place as usize]));
-    particles.permute(&order, spare);
-    particles.id = order.iter().map(|place| particles.id[*place as usize]).collect();
-    particles.object = order.iter().map(|place| particles.object[*place as usize]).collect();
+    particles.permute(order, spare);
+    // By way of a list that is written anew below.
+    for (number, place) in place_of.iter_mut().zip(&*order) {
+        *number = particles.id[*place as usize];
+    }
+    particles.id.copy_from_slice(place_of);
+    for (number, place) in place_of.iter_mut().zip(&*order) {
+        *number = particles.object[*place as usize].into();
+    }
+    for (object, number) in particles.object.iter_mut().zip(&*place_of) {
+        *object = *number as u16;
+    }
     (0..).zip(&mut sorter.order).for_each(|(place, own)| *own = place);
     sorter.moved = 0;
     ranks.find_places(&particles.id);
@@ -120,8 +135,9 @@ fn meet<R: Real>(model: &SnowModel<R>, work: &mut SnowWorkspace<R>) {
 fn trade<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &mut SnowWorkspace<R>) {
     let SnowWorkspace { ranks, grid, sorter, .. } = work;
     let (Some(ranks), periodic) = (ranks, model.settings.periodic) else { return };
-    let mut sent = vec![Vec::new(); ranks.ranks.size_and_rank().0];
-    let hand_over = |place: u32, key: u64| particles.pack(place as usize, &mut sent[ranks.owner(key)]);
+    let mut post = std::mem::take(&mut ranks.post);
+    post.clear(ranks.ranks.size_and_rank().0);
+    let hand_over = |place: u32, key: u64| particles.pack(place as usize, post.sent_to(ranks.owner(key)));
     if sorter.has_followed() {
         sorter.let_go(grid, periodic, hand_over);
     } else {
@@ -131,12 +147,14 @@ fn trade<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &mut
         };
         sorter.let_far_go(grid, key, hand_over);
     }
-    for bytes in ranks.ranks.swap(sent) {
+    post.swap(&ranks.ranks);
+    for bytes in post.received() {
         for one in bytes.chunks_exact(Particles::<R>::PACKED) {
             let place = particles.unpack(one, &ranks.place_of) as u32;
             sorter.take_in(place, first_node(model, particles, place), periodic);
         }
     }
+    ranks.post = post;
 }
 
 /// The order after a step; false where a particle went further than a block, and all were sorted

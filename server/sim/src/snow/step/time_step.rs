@@ -11,6 +11,7 @@ use crate::{
         state::{SnowState, SnowWorkspace},
         transfer::StepContext,
     },
+    sub_step::SubStep,
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -51,7 +52,7 @@ impl<'a> Division<'a> {
         state: &mut SnowState<R>,
         work: &SnowWorkspace<R>,
     ) -> Result<StepContext<'a>, StepFailure> {
-        let Surroundings { gravity, colliders, time, dt, interrupt, .. } = *self.around;
+        let Surroundings { gravity, wind, colliders, time, dt, interrupt } = *self.around;
         if interrupt.is_requested() {
             return Err(StepFailure::Interrupted);
         }
@@ -75,8 +76,8 @@ impl<'a> Division<'a> {
         self.steps = TimeStep::divide(self.left, held);
         self.dt = self.left / self.steps;
         state.book.note(self.dt / bound);
-        let end = time + dt;
-        Ok(StepContext { dt: self.dt, time: end - self.left + self.dt, gravity, colliders, interrupt })
+        let sub_step = SubStep { dt: self.dt, end: time + dt - self.left + self.dt };
+        Ok(StepContext { sub_step, gravity, wind, colliders, interrupt })
     }
 
     /// The step was taken.

@@ -1,9 +1,9 @@
-//! Grid update: momenta to velocities, gravity, colliders (Stomakhin et al. 2013, steps 4 to 6).
+//! Grid update: momenta to velocities, gravity, the medium, colliders (Stomakhin et al. 2013, steps 4 to 6).
 //!
 //! Reads tiles of the blocks of particles behind each block of nodes, in their order; writes
 //! velocities after forces and colliders, and, for FLIP, their change in the step.
 
-use super::{context::StepContext, hold::Hold};
+use super::{context::StepContext, hold::Hold, medium::Medium};
 use crate::{
     collide::{BlockLoads, Collider, Contact, Corner, Felt, velocity_after},
     math::{
@@ -31,6 +31,8 @@ pub(crate) struct GridStep<'a> {
     forces: Forces,
     /// Cell size h (m).
     cell: f64,
+    /// Drag of the medium (1/s).
+    drag: f64,
     context: &'a StepContext<'a>,
     /// Mass (kg) below which a node carries no velocity.
     pub(crate) least_mass: f64,
@@ -52,6 +54,16 @@ pub(crate) struct GridDiagnostics {
     pub(crate) fastest: [i32; 3],
     /// Nodes within a collider.
     pub(crate) contacts: u64,
+    /// What the medium did (J): its impulse on each node times the velocity after it, and times the wind.
+    pub(crate) medium_work: f64,
+    pub(crate) wind_work: f64,
+}
+
+impl GridDiagnostics {
+    /// What is added up over blocks: mass, momenta that were dropped, and both works of the medium.
+    pub(crate) fn sums(&self) -> [f64; 4] {
+        [self.mass, self.dropped, self.medium_work, self.wind_work]
+    }
 }
 
 /// Momenta and impulses of all nodes to velocities at the end of a step; `diagnostics` is scratch. Writes what each block gives
@@ -74,6 +86,7 @@ impl<'a> GridStep<'a> {
             width: settings.kernel.width(),
             forces: settings.transfer.forces(),
             cell: settings.cell,
+            drag: settings.drag,
             context,
             least_mass: least_mass * R::ROUNDING * R::ROUNDING,
             lightest: *least_mass,
@@ -124,7 +137,8 @@ impl GridStep<'_> {
         let mut diagnostics = GridDiagnostics::default();
         let near = self.near(block);
 
-        let kick = self.context.gravity.map(|g| R::of(g * self.context.dt));
+        let kick = self.context.gravity.map(|g| R::of(g * self.context.sub_step.dt));
+        let medium = Medium::over(self.drag, self.context.wind, self.context.sub_step.dt);
         let least = R::of(self.least_mass);
         for i in 0..CELLS {
             let [px, py, pz, m] = nodes[i];
@@ -140,6 +154,11 @@ impl GridStep<'_> {
                 }
                 for c in 0..3 {
                     v[c] += kick[c];
+                }
+                if let Some(medium) = &medium {
+                    let [work, of_wind] = medium.act(&mut v, m);
+                    diagnostics.medium_work += work;
+                    diagnostics.wind_work += of_wind;
                 }
 
                 if near != 0 {
@@ -179,7 +198,11 @@ impl GridStep<'_> {
         let center = block.map(|c| (f64::from(c * SIDE as i32) + half) * self.cell);
         let radius = half * 3.0_f64.sqrt() * self.cell;
         let reach = |(i, c): (usize, &Collider)| {
-            if c.distance(center, self.context.time).0 <= radius + c.margin { 1 << i.min(63) } else { 0 }
+            if c.distance(center, self.context.sub_step.end).0 <= radius + c.margin {
+                1 << i.min(63)
+            } else {
+                0
+            }
         };
         self.context.colliders.iter().enumerate().map(reach).fold(0, |all, bit| all | bit)
     }
@@ -204,9 +227,9 @@ impl GridStep<'_> {
             self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
             debug_assert!(k < self.context.colliders.len());
-            let (distance, normal) = collider.distance(place, self.context.time);
+            let (distance, normal) = collider.distance(place, self.context.sub_step.end);
             if distance <= collider.margin {
-                let moving = collider.velocity_at(place, self.context.time);
+                let moving = collider.velocity_at(place, self.context.sub_step.end);
                 let old = *v;
                 *v = velocity_after(collider, moving, v.map(Real::to_f64), normal).map(R::of);
                 felt[k].take(collider, impulse(*v, old), place, moving);
@@ -224,7 +247,7 @@ impl GridStep<'_> {
                 *v = settled.map(R::of);
                 // What all of them need together is told of the last one.
                 let collider = &self.context.colliders[last];
-                let moving = collider.velocity_at(place, self.context.time);
+                let moving = collider.velocity_at(place, self.context.sub_step.end);
                 felt[last].take(collider, impulse(*v, old), place, moving);
             }
         }
@@ -251,11 +274,11 @@ impl GridStep<'_> {
 
     /// The normal of a collider at a place (m) within it, unless what has that velocity leaves it freely.
     fn holds<R: Real>(&self, collider: &Collider, place: [f64; 3], v: &[R; 4]) -> Option<[f64; 3]> {
-        let (distance, normal) = collider.distance(place, self.context.time);
-        let moving = collider.velocity_at(place, self.context.time);
+        let (distance, normal) = collider.distance(place, self.context.sub_step.end);
+        let moving = collider.velocity_at(place, self.context.sub_step.end);
         // A speed that moves the node by less than it is rounded by is none: of what was pushed with great
         // forces, as much may be left.
-        let least = self.cell / self.context.dt;
+        let least = self.cell / self.context.sub_step.dt;
         let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - moving[k]) * normal[k]).sum();
         let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(least, f64::max);
         let free = collider.contact == Contact::Separating && leaving > ROUNDINGS * R::ROUNDING * scale;
@@ -275,7 +298,7 @@ impl GridStep<'_> {
         let (mut rest, mut last) = (impulse, None::<(usize, [f64; 3])>);
         let colliders = self.context.colliders;
         let mut take = |k: usize, part: [f64; 3]| {
-            let moving = colliders[k].velocity_at(place, self.context.time);
+            let moving = colliders[k].velocity_at(place, self.context.sub_step.end);
             felt[k].take(&colliders[k], part, place, moving);
         };
         for (k, collider) in colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1) {
@@ -303,7 +326,8 @@ fn collect(diagnostics: &[GridDiagnostics]) -> GridDiagnostics {
         }
     }
 
-    [total.mass, total.dropped] = parallel::sum_by(diagnostics, &|block| [block.mass, block.dropped]);
+    [total.mass, total.dropped, total.medium_work, total.wind_work] =
+        parallel::sum_by(diagnostics, &GridDiagnostics::sums);
     total
 }
 

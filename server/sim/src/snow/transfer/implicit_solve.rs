@@ -71,7 +71,7 @@ pub(crate) fn solve_velocities<R: Real>(
     let count = blocks * CELLS;
     work.prepare(&GridStep::of(model, context), grid, count);
     let ImplicitWorkspace { nodes, tiles, mass, holds, b, change, minres: scratch } = work;
-    let scale = R::of(beta * context.dt * context.dt);
+    let scale = R::of(beta * context.sub_step.dt * context.sub_step.dt);
     let mut operator = StepOperator {
         system,
         grid: &*grid,

@@ -7,6 +7,7 @@ mod stencil;
 mod tally;
 mod particles_to_grid;
 mod hold;
+mod medium;
 mod grid_update;
 mod grid_to_particles;
 mod stress_change;

@@ -72,7 +72,7 @@ fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
     let center = block.map(|c| (f64::from(c * SIDE as i32) + 2.75) * h);
     // Half a block, the offset of a first node, and a cell on the way.
     let radius = 3.75 * 3.0_f64.sqrt() * h;
-    context.colliders.iter().any(|c| c.distance(center, context.time).0 <= radius + c.margin)
+    context.colliders.iter().any(|c| c.distance(center, context.sub_step.end).0 <= radius + c.margin)
 }
 
 /// What colliders did to the particles of a chunk.
@@ -101,9 +101,10 @@ impl Collided {
         arrival: &mut Arrival<R>,
         (loads, first): (&mut ChunkLoads<'_>, usize),
     ) {
-        let speed = |collider: &Collider, at| length(collider.velocity_at(at, context.time));
+        let speed = |collider: &Collider, at| length(collider.velocity_at(at, context.sub_step.end));
         let shift_at = |at: [f64; 3]| {
-            context.dt * context.colliders.iter().map(|collider| speed(collider, at)).fold(0.0, f64::max)
+            context.sub_step.dt
+                * context.colliders.iter().map(|collider| speed(collider, at)).fold(0.0, f64::max)
         };
         let turns = context.colliders.iter().any(|collider| collider.way.is_some());
         let shift = shift_at([0.0; 3]);
@@ -134,7 +135,7 @@ impl Collided {
         let mut nearest = f64::INFINITY;
         for (collider, felt) in context.colliders.iter().zip(felt) {
             let at = position(context, x, lane, arrival);
-            let (distance, normal) = collider.distance(at, context.time);
+            let (distance, normal) = collider.distance(at, context.sub_step.end);
             if distance >= collider.margin {
                 nearest = nearest.min(distance);
                 continue;
@@ -143,7 +144,7 @@ impl Collided {
             nearest = f64::NEG_INFINITY;
 
             let before = [0, 1, 2].map(|k| arrival.v[k][lane].to_f64());
-            let moving = collider.velocity_at(at, context.time);
+            let moving = collider.velocity_at(at, context.sub_step.end);
             let after: [f64; 3] = velocity_after(collider, moving, before, normal);
             for k in 0..3 {
                 arrival.v[k][lane] = R::of(after[k]);
@@ -161,7 +162,7 @@ impl Collided {
         let rounding = 4.0 * R::ROUNDING * way[1].into_iter().fold(0.0, |most: f64, c| most.max(c.abs()));
         context.colliders.iter().any(|collider| {
             let spare = rounding + WITHIN * self.cell.min(collider.shape.thickness());
-            has_passed(collider.into(), context.time, context.dt, way, spare)
+            has_passed(collider.into(), context.sub_step, way, spare)
         })
     }
 }
@@ -169,6 +170,6 @@ impl Collided {
 /// Where a particle of a group goes (m) from `x` (m).
 #[inline(always)]
 fn position<R: Real>(context: &StepContext<'_>, x: [f64; 3], lane: usize, arrival: &Arrival<R>) -> [f64; 3] {
-    let along = |k: usize| x[k] + context.dt * arrival.drift[k][lane].to_f64();
+    let along = |k: usize| x[k] + context.sub_step.dt * arrival.drift[k][lane].to_f64();
     [along(0), along(1), along(2)]
 }

@@ -56,7 +56,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
 ) {
     let SnowModel { settings, materials, .. } = model;
     let h = settings.cell;
-    let scale = InterpolationScale::of(settings, settings.transfer.flip_share(context.dt));
+    let scale = InterpolationScale::of(settings, settings.transfer.flip_share(context.sub_step.dt));
     let particles = particles.share();
     let (sorted, migration) = sorter.migrate();
     diagnostics.resize(sorted.chunks.count(), ChunkDiagnostics::default());
@@ -109,7 +109,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                 arrivals: &arrivals,
                 particles: &particles,
                 materials,
-                dt: R::of(context.dt),
+                dt: R::of(context.sub_step.dt),
                 inverse_cell: R::of(1.0 / h),
                 ballistic_below: R::of(settings.ballistic_below),
                 deformation: Deformation::Step,

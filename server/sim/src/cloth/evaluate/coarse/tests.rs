@@ -2,8 +2,9 @@
 
 use crate::{
     cloth::{
-        ClothSettings, ElementKind, ElementList, Model, Network, Spring, SpringLaw, SpringRules, Workspace,
-        evaluate::step_matrix::StepMatrix, settings::Purpose,
+        ClothSettings, ElementKind, ElementList, Model, Network, Spring, SpringLaw, SpringRules,
+        evaluate::{Evaluated, step_matrix::StepMatrix},
+        settings::Purpose,
     },
     interrupt::Interrupt,
     linalg::{CoarseLayout, LinearOperator, PreconditionerKind, SolverSettings},
@@ -68,14 +69,15 @@ fn error<R: Real>(network: &Network) -> (f64, usize) {
     let x = model.arrange(&crumpled);
     let v = model.arrange(&network.v);
 
-    let mut work = Workspace::<R>::new();
+    let mut evaluated = Evaluated::<R>::default();
     let purpose = Purpose::of(&settings);
-    work.size_for(&model, &settings, purpose);
+    evaluated.size_for(&model, purpose);
     let interrupt = &Interrupt::default();
     let around = surroundings(interrupt);
-    work.numbers.refresh(&model, &parameters, &settings, &around, [around.dt, 0.0]);
-    work.evaluation.look(&model, &work.numbers, purpose, [&x, &v], &work.scratches);
-    let matrix = StepMatrix::new((&model, &work.numbers), &x, &work.evaluation, &work.scratches, interrupt);
+    evaluated.numbers.refresh(&model, &parameters, &settings, &around, (around.whole(), 0.0));
+    evaluated.evaluation.look(&model, &evaluated.numbers, purpose, [&x, &v], &evaluated.scratches);
+    let Evaluated { numbers, evaluation, scratches, .. } = &evaluated;
+    let matrix = StepMatrix::new((&model, numbers), &x, evaluation, scratches, interrupt);
     let layout = model.coarse.as_ref().expect("the settings ask for it");
 
     let (mut error, mut largest) = (0.0, 0.0);

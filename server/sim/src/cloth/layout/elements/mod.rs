@@ -1,4 +1,4 @@
-//! Elements of three and four particles: what they add to the rows of a block, and what is frozen of them.
+//! Elements of three to six particles: what they add to the rows of a block, and what is frozen of them.
 
 mod project;
 mod parts;
@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::{halo::behind, lists::Lists, scratch::BlockScratch};
 use crate::{
     cloth::{
-        laws::{ElementKind, ElementLaw, Evaluated, QuadraticBending, with_element_laws},
+        laws::{ElementKind, ElementLaw, Evaluated, Plate, QuadraticBending, with_element_laws},
         network::ElementList,
         settings::{Aim, RightHandSide},
     },

@@ -3,7 +3,7 @@
 use super::{BlockOfRows, ElementNumbers, Packs};
 use crate::{
     cloth::{
-        laws::{ElementKind, ElementLaw, Evaluated},
+        laws::{ElementKind, ElementLaw, Evaluated, Found},
         layout::scratch::{BlockScratch, Scratches},
         network::{ElementList, SpringLaw},
         settings::{Implicit, RightHandSide},
@@ -16,12 +16,8 @@ use crate::{
 struct Link;
 
 impl ElementLaw<2, 1, 3> for Link {
-    fn elements(_: &TriangleMesh) -> Vec<[u32; 2]> {
-        Vec::new()
-    }
-
-    fn rest(_: [[f64; 3]; 2]) -> Option<[f64; 1]> {
-        Some([0.3])
+    fn elements(_: &TriangleMesh) -> Found<2, 1> {
+        Found::default()
     }
 
     fn evaluate<P: Pack>([rest]: [P; 1], [a, b]: [[P; 3]; 2]) -> Evaluated<P, 2, 3> {
@@ -83,6 +79,7 @@ fn packs() -> Packs<f64, 2, 1> {
         law: SpringLaw { stiffness: 1.0, damping: 0.0 },
         rest: vec![0.3; pairs.len()],
         particles: pairs.into_flattened(),
+        bending: None,
     };
     let place: Vec<u32> = (0..COUNT as u32).collect();
     Packs::new(&list, BLOCK_SIZE, &place)

@@ -1,0 +1,33 @@
+//! What a scene may ask of cloth that lies still: an error that rounding of positions does not hide.
+
+use crate::{
+    cloth::{
+        network::Network,
+        settings::{ClothSettings, RestSettings},
+    },
+    math::{Real, number},
+};
+
+/// What is wrong with the settings for rest of a network whose positions are in this precision, as a sentence.
+pub(crate) fn check_rest<R: Real>(network: &Network, settings: &ClothSettings) -> Result<(), String> {
+    let Some(RestSettings { error, within }) = settings.rest else { return Ok(()) };
+    for (what, value, unit) in [("error", error, "m"), ("time", within, "s")] {
+        if !value.is_finite() || value <= 0.0 {
+            return Err(format!("the {what} of rest is {value} {unit}: a finite number above 0 is needed"));
+        }
+    }
+
+    let largest = network.x.iter().flatten().fold(0.0_f64, |largest, c| largest.max(c.abs()));
+    let least = RestSettings::LEAST_ROUNDINGS * R::ROUNDING * largest;
+    if error < least {
+        return Err(format!(
+            "the error of rest is {} m: at least {} m is needed in {}, {} roundings of the largest coordinate, which is {} m",
+            number(error),
+            number(least),
+            R::PRECISION,
+            number(RestSettings::LEAST_ROUNDINGS),
+            number(largest)
+        ));
+    }
+    Ok(())
+}
