@@ -75,9 +75,7 @@ def test_a_session_that_begins_at_a_frame_goes_on_to_the_same_end(server: nappe.
                 assert begun.state_hash == whole.state_hash
 
 
-def test_a_session_begins_at_a_saved_frame_or_at_the_last_one_of_a_folder(
-    server: nappe.Server, tmp_path: Path
-) -> None:
+def test_a_session_begins_at_a_saved_frame_or_at_the_last_one_of_a_folder(server: nappe.Server, tmp_path: Path) -> None:
     folder = tmp_path / "frames"
     with server.create(SCENE, precision="f64") as session:
         session.trajectory(stop=20, fields=STATE, precision="f64").save(folder)

@@ -21,7 +21,7 @@ pub(super) enum Cell {
 type Column = (&'static str, fn(&v1::Diagnostics) -> Option<Cell>);
 
 /// The columns after those of the frame, in their order; loads of colliders follow.
-pub(super) const COLUMNS: [Column; 54] = [
+pub(super) const COLUMNS: [Column; 59] = [
     ("kinetic_energy", |d| Some(Number(d.kinetic_energy))),
     ("elastic_energy", |d| Some(Number(d.elastic_energy))),
     ("gravitational_energy", |d| Some(Number(d.gravitational_energy))),
@@ -76,4 +76,9 @@ pub(super) const COLUMNS: [Column; 54] = [
     ("surface_least_gap_m", |d| Some(Number(d.surface.as_ref()?.least_gap_m?))),
     ("surface_failed", |d| Some(Count(d.surface.as_ref()?.failed))),
     ("surface_crossings", |d| Some(Count(d.surface.as_ref()?.crossings?))),
+    ("rest_calm_share", |d| Some(Number(d.rest.as_ref()?.calm_share))),
+    ("rest_pieces", |d| Some(Count(d.rest.as_ref()?.pieces))),
+    ("rest_calm_pieces", |d| Some(Count(d.rest.as_ref()?.calm_pieces))),
+    ("rest_way_m", |d| Some(Number(d.rest.as_ref()?.way_m))),
+    ("rest_change_m", |d| Some(Number(d.rest.as_ref()?.change_m))),
 ];
