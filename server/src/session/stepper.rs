@@ -209,11 +209,12 @@ impl Stepper {
                 progress.largest_stretch = [diagnostics.max_stretch, report.time];
             }
             progress.diagnostics = diagnostics;
-            progress.parameters.wind = Some(simulation.wind().into());
-            put_collider_poses(&mut progress.parameters, |index| simulation.collider_pose(index));
-            // Pulls end by themselves.
+            // Pulls end by themselves; otherwise only the wind and colliders go on without a call.
             if progress.parameters.cloths.iter().any(|cloth| cloth.pull_count > 0) {
                 progress.parameters = parameters(simulation);
+            } else {
+                progress.parameters.wind = Some(simulation.wind().into());
+                put_collider_poses(&mut progress.parameters, |index| simulation.collider_pose(index));
             }
         });
 

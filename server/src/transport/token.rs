@@ -28,7 +28,7 @@ impl Guard {
         Self { token, passes }
     }
 
-    /// Who calls.
+    /// Lets a call in that shows the server's token, that of a pass which allows the method, or none where none is needed.
     ///
     /// # Errors
     /// If the call may not come in.
