@@ -11,9 +11,10 @@ const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 const CONTRACT: &str = "..";
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 17] = [
+const JSON_MESSAGES: [&str; 18] = [
     "Session",
     "SessionRanks",
+    "Durability",
     "Failure",
     "Parameters",
     "ClothParameters",

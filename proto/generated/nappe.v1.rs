@@ -1323,6 +1323,23 @@ pub struct Session {
     /// Simulated time at which it was so for the first time (s).
     #[prost(double, tag = "27")]
     pub largest_stretch_seconds: f64,
+    /// What a server that is started again would have of it. Absent on a server that keeps no sessions in a folder.
+    #[prost(message, optional, tag = "28")]
+    pub durability: ::core::option::Option<Durability>,
+}
+/// How far what a folder has of a session is behind the session.
+#[derive(serde::Serialize)]
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Durability {
+    /// Steps at the newest state in the folder; the log has what happened since. Absent until one is there.
+    #[prost(uint64, optional, tag = "1")]
+    pub step: ::core::option::Option<u64>,
+    /// Wall-clock seconds since that state was taken, or since the server made the session again.
+    #[prost(double, optional, tag = "2")]
+    pub age_seconds: ::core::option::Option<f64>,
+    /// Why the session is not kept at the moment; empty while it is. It goes on all the same, and the server tries again every 10 s.
+    #[prost(string, tag = "3")]
+    pub problem: ::prost::alloc::string::String,
 }
 /// Ranks of a cluster that step a session together.
 #[derive(serde::Serialize)]

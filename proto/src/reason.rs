@@ -382,7 +382,7 @@ reasons! {
 
     ServerDraining "SERVER_DRAINING" Unavailable
         "The server is shutting down and ends calls and streams."
-        "Connect again later; sessions do not survive a restart, unless they were saved."
+        "Connect again later; sessions survive a restart where they are kept (--state-dir)."
 
     Internal "INTERNAL" Internal
         "A bug in the server."

@@ -19,8 +19,9 @@ use crate::{
     address::Address,
     config::Config,
     links,
-    rpc::{Shared, UploadTimes},
+    rpc::{Shared, UploadTimes, restore},
     start_error::{LEAST_RANK_SILENCE, MAX_SECONDS, StartError},
+    state::StateFolder,
     token_keeper,
     transport::{Listener, ListenerSettings, router, serve},
     trim,
@@ -54,15 +55,17 @@ impl App {
     pub fn start(config: Config) -> Result<Self, StartError> {
         let runtime = Handle::try_current().map_err(|_none| StartError::NoRuntime)?;
         config.check()?;
+        let state = config.state_dir.as_deref().map(|path| state_folder(path, config.max_state_bytes));
+        let state = state.transpose()?;
         let (address, listener) = Listener::bind(&config.address)
             .map_err(|source| StartError::Bind { address: config.address.clone(), source })?;
 
-        let token = token_keeper::token(&config)?;
+        let token = token_keeper::token(&config, state.as_deref())?;
         let left = token_keeper::leave(&config, token.as_ref(), &address)?;
         let token_path = left.as_ref().map(|file| file.path().to_owned());
 
         let draining = CancellationToken::new();
-        let shared = Arc::new(Shared::new(config, token.clone(), draining.clone()));
+        let shared = Arc::new(Shared::new(config, token.clone(), state, draining.clone()));
         let config = &shared.config;
         let settings = ListenerSettings {
             max_connections: config.limits.max_connections,
@@ -81,8 +84,14 @@ impl App {
         let handler = router(&shared, &health, token.clone());
         let token_keeper = left.map(|file| runtime.spawn(token_keeper::keep(file, draining.clone())));
         let server = runtime.spawn({
-            let health = health.clone();
+            let (health, shared, draining) = (health.clone(), Arc::clone(&shared), draining.clone());
             async move {
+                // Who connects meanwhile waits.
+                tokio::select! {
+                    () = restore(&shared) => {}
+                    () = draining.cancelled() => {}
+                }
+                drop(shared);
                 health.set_service_status(SERVICE, ServingStatus::Serving).await;
                 serve(listener, handler, settings).await;
             }
@@ -190,6 +199,12 @@ impl App {
     }
 }
 
+/// Takes the folder of sessions for this server.
+fn state_folder(path: &Path, most_bytes: u64) -> Result<Arc<StateFolder>, StartError> {
+    let opened = StateFolder::open(path, most_bytes).map(Arc::new);
+    opened.map_err(|source| StartError::State { path: path.to_owned(), source })
+}
+
 /// Looks now and then for sessions that nobody uses, for passes that end, and for refusals that the log is to be told of.
 async fn look(shared: Arc<Shared>, draining: CancellationToken) {
     let mut times = tokio::time::interval(LOOK_INTERVAL);
@@ -225,6 +240,7 @@ impl Config {
             ("request_seconds", self.request_seconds),
             ("upload_idle_seconds", self.upload_idle_seconds),
             ("watcher_stall_seconds", self.watcher_stall_seconds),
+            ("checkpoint_seconds", self.checkpoint_seconds),
         ] {
             if !(0.0..=MAX_SECONDS).contains(&value) {
                 return Err(StartError::BadSeconds { name, value });
@@ -249,6 +265,11 @@ impl Config {
     /// How long a message may wait for a watcher.
     pub(crate) fn watcher_stall(&self) -> Duration {
         Duration::from_secs_f64(self.watcher_stall_seconds)
+    }
+
+    /// Time between two states of a session that are kept.
+    pub(crate) fn checkpoint_time(&self) -> Duration {
+        Duration::from_secs_f64(self.checkpoint_seconds)
     }
 
     /// How long an upload may take.

@@ -68,6 +68,17 @@ pub struct Config {
     /// Seconds that a message may wait for a watcher to fetch it, before the watcher's stream ends.
     #[arg(long, env = "NAPPE_WATCHER_STALL_SECONDS", default_value_t = Config::default().watcher_stall_seconds, value_parser = real(SECONDS, Least::From0))]
     pub watcher_stall_seconds: f64,
+    /// Folder in which sessions are kept: a server that is started again with it has its sessions. Without it, they end with the
+    /// server.
+    #[arg(long, env = "NAPPE_STATE_DIR", value_name = "DIR")]
+    pub state_dir: Option<PathBuf>,
+    /// Seconds between two states of a session that are kept, if something happened; more where taking one would cost more than
+    /// 2 % of the stepping.
+    #[arg(long, env = "NAPPE_CHECKPOINT_SECONDS", default_value_t = Config::default().checkpoint_seconds, value_parser = real(SECONDS, Least::From0))]
+    pub checkpoint_seconds: f64,
+    /// Bytes of all files in the folder of sessions.
+    #[arg(long, env = "NAPPE_MAX_STATE_BYTES", default_value_t = Config::default().max_state_bytes, value_parser = whole::<u64>(0..))]
+    pub max_state_bytes: u64,
     /// How ranks are started.
     #[command(flatten)]
     pub ranks: RankSettings,
@@ -124,6 +135,9 @@ impl Default for Config {
             request_seconds: 10.0,
             upload_idle_seconds: 30.0,
             watcher_stall_seconds: 30.0,
+            state_dir: None,
+            checkpoint_seconds: 2.0,
+            max_state_bytes: 16 << 30,
             ranks: RankSettings::default(),
             limits: Limits::default(),
         }

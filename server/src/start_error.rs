@@ -1,6 +1,6 @@
 //! Why a server does not start.
 
-use std::io;
+use std::{io, path::PathBuf};
 
 use thiserror::Error;
 
@@ -47,6 +47,14 @@ pub enum StartError {
     /// No token can be read or drawn.
     #[error("there is no token to ask for: {0}")]
     Token(io::Error),
+    /// The folder of sessions cannot be used.
+    #[error("sessions cannot be kept in {}: {source}", path.display())]
+    State {
+        /// The folder that was asked for.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: io::Error,
+    },
     /// The token can be left nowhere.
     #[error(
         "the token cannot be left where clients of this user find it: {0}. Set XDG_RUNTIME_DIR, or give \

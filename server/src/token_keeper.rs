@@ -2,7 +2,7 @@
 //!
 //! Enters: the configuration and the address. Leaves: a token, and a task that keeps its file until the drain.
 
-use std::time::Duration;
+use std::{io, time::Duration};
 
 use nappe_proto::token::{Token, TokenFile};
 use tokio_util::sync::CancellationToken;
@@ -12,23 +12,35 @@ use crate::{
     config::{Config, TokenPlace},
     secret,
     start_error::StartError,
+    state::StateFolder,
 };
 
 /// How often the file is looked for: a runtime directory goes away when its user logs out.
 const INTERVAL: Duration = Duration::from_secs(5);
 
-/// The token that a configuration asks for, if any.
+/// The token that a configuration asks for, if any: that of its file, that of the folder of sessions, or another one at each start.
 ///
 /// # Errors
-/// If its file holds none, or none can be drawn.
-pub(crate) fn token(config: &Config) -> Result<Option<Token>, StartError> {
+/// If its file holds none, or none can be drawn or kept.
+pub(crate) fn token(config: &Config, state: Option<&StateFolder>) -> Result<Option<Token>, StartError> {
     match &config.token_file {
         _ if config.no_token => Ok(None),
         // Nobody else can open the socket.
         None if matches!(config.address, Address::Unix(_)) => Ok(None),
         Some(path) => Token::read(path).map(Some).map_err(StartError::Token),
-        None => secret::draw().map(Some).map_err(StartError::Token),
+        None => state.map_or_else(secret::draw, kept).map(Some).map_err(StartError::Token),
     }
+}
+
+/// The token of a folder of sessions, which has it from its first start on.
+fn kept(state: &StateFolder) -> io::Result<Token> {
+    let path = state.token_path();
+    if path.try_exists()? {
+        return Token::read(&path);
+    }
+    let token = secret::draw()?;
+    state.put_token(token.reveal())?;
+    Ok(token)
 }
 
 /// Leaves the token for clients of the same user, unless it stays in memory.

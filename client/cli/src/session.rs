@@ -136,7 +136,7 @@ mod tests {
             "spring_count": 0, "snow_particle_count": 0, "watcher_count": 0, "state_hash": "00000000000000ff",
             "diagnostics": null, "stepping_seconds": 0.0, "uid": "", "create_time": "2026-05-04T12:30:00Z",
             "parameters": null, "expires_in_seconds": null, "ranks": null,
-            "largest_stretch": 0.0, "largest_stretch_seconds": 0.0,
+            "largest_stretch": 0.0, "largest_stretch_seconds": 0.0, "durability": null,
         });
         assert_eq!(json_of(&session), expected);
         assert_eq!(json_of(&v1::Session::default())["state"], "unknown");

@@ -51,6 +51,7 @@ GROUPS = {
         "SessionInfo",
         "SessionEnd",
         "SessionRanks",
+        "Durability",
         "Failure",
         "Change",
         "RejectedStep",

@@ -100,14 +100,23 @@ async fn make(
             start(options, resources(shared), place, memory).await?
         }
         Source::File(file) => {
-            let options =
-                RevivedOptions { id, file, precision, thread_count, step_limit, frame_interval_steps, ranks };
+            let options = RevivedOptions {
+                id,
+                file,
+                precision,
+                thread_count,
+                step_limit,
+                frame_interval_steps,
+                ranks,
+                kept: None,
+            };
             revive(options, resources(shared), place, memory).await?
         }
     };
 
     let session = Arc::new(session);
     tell_made(&session, None, caller);
+    shared.keep(&session).await;
     reservation.fill(Arc::clone(&session));
     Ok((session, warnings))
 }
@@ -167,6 +176,7 @@ pub(super) async fn fork(
 
     let session = Arc::new(session);
     tell_made(&session, Some(original.id()), caller);
+    shared.keep(&session).await;
     reservation.fill(Arc::clone(&session));
     own.fill(session.uid());
     Ok(session.describe())
@@ -190,7 +200,8 @@ fn tell_made(session: &Session, original: Option<&str>, caller: Caller) {
     );
 }
 
-fn resources(shared: &Shared) -> Resources {
+/// What the sessions of a server are made with.
+pub(super) fn resources(shared: &Shared) -> Resources {
     Resources {
         meshes: Arc::clone(&shared.meshes),
         limits: shared.config.limits.clone(),

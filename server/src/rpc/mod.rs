@@ -12,10 +12,12 @@ mod upload;
 mod request_ids;
 mod shared;
 mod create;
+mod restore;
 mod save;
 mod links;
 mod methods;
 
 pub(crate) use methods::Methods;
+pub(crate) use restore::restore;
 pub(crate) use shared::Shared;
 pub(crate) use upload::UploadTimes;

@@ -19,6 +19,7 @@ use crate::{
     refusals::Refusals,
     scenes::{Checkpoint, MeshStore},
     session::{Registry, Session},
+    state::StateFolder,
     stream::Streams,
 };
 
@@ -42,12 +43,19 @@ pub(crate) struct Shared {
     pub links: Links,
     /// What links to one session gave.
     pub passes: Arc<Passes>,
+    /// Where sessions are kept, if they are.
+    pub state: Option<Arc<StateFolder>>,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
 
 impl Shared {
-    pub(crate) fn new(config: Config, token: Option<Token>, draining: CancellationToken) -> Self {
+    pub(crate) fn new(
+        config: Config,
+        token: Option<Token>,
+        state: Option<Arc<StateFolder>>,
+        draining: CancellationToken,
+    ) -> Self {
         let limits = &config.limits;
         let memory = MemoryAccount::of_server(limits.server_bytes());
         Self {
@@ -63,6 +71,7 @@ impl Shared {
             refusals: Arc::default(),
             links: Links::new(token, config.link_time),
             passes: Arc::default(),
+            state,
             draining,
             config,
         }
@@ -88,6 +97,14 @@ impl Shared {
         visitor.check(session.uid())?;
         session.touch();
         Ok(session)
+    }
+
+    /// Keeps a session from now on, where sessions are kept.
+    pub(super) async fn keep(&self, session: &Session) {
+        if let Some(state) = &self.state {
+            let folder = state.session(session.uid());
+            session.keep(folder, self.config.checkpoint_time(), &self.config.limits).await;
+        }
     }
 
     /// Ends what links gave whose time is over, or whose session is not there any more.

@@ -79,6 +79,11 @@ pub(crate) struct Checkpoint {
 }
 
 impl Checkpoint {
+    /// A file whose memory is claimed; its hashes were checked.
+    pub(crate) fn new(bytes: Vec<u8>, memory: Claim) -> Self {
+        Self { bytes: Arc::new(bytes), _memory: Arc::new(memory) }
+    }
+
     /// The bytes that `SaveSession` gave.
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.bytes

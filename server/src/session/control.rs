@@ -10,28 +10,26 @@ use std::{
 
 use nappe_proto::v1;
 use nappe_sim::{
-    collide::Pose,
     interrupt::Interrupt,
-    world::{Change, ChangeRules, Departure},
+    world::{Change, ChangeRules},
 };
 use tokio::sync::oneshot;
 
 use super::{
-    desk::{Copied, Desk, Ending, InProgress, Injected, Taken},
+    desk::{Copied, Desk, Ending, InProgress, Injected},
     failure::refused,
     pace::Pace,
-    pending_changes::{Accepted, PendingChange, PendingChanges},
+    pending_changes::PendingChanges,
     status::Status,
+    taken::Taken,
     transition::{Effect, Event, State, transition},
     waiting::{Answer, For, FrameWish, MAX_WAITING},
 };
 use crate::{
     error::{Reason, ServiceError},
+    state::{Goal, Record},
     stream::{EncodedFrame, FieldSet},
 };
-
-/// Steps that a change may lie ahead.
-const MAX_STEPS_AHEAD: u64 = 10_000_000;
 
 /// How a session is controlled.
 #[derive(Debug)]
@@ -81,6 +79,7 @@ impl Control {
         let mut desk = self.open()?;
         self.change(&mut desk, Event::Play)?;
         self.set_pace(&mut desk, real_time_factor);
+        desk.note(&Record::Goal(Goal::Play { factor: real_time_factor }));
         self.answer_waiting(&mut desk);
         Ok(self.status.describe())
     }
@@ -91,11 +90,19 @@ impl Control {
         let mut desk = self.open()?;
         self.check_room(&mut desk, answer.as_ref())?;
         self.change(&mut desk, Event::Pause)?;
+        if desk.state == State::Paused {
+            let (step, left) = (desk.open_step(), desk.open_step() - desk.next_step);
+            if left > 0 {
+                // Steps that somebody has seen are taken again before it stands.
+                self.change(&mut desk, Event::Step(left))?;
+            }
+            desk.note(&Record::Goal(Goal::Stand { step }));
+        }
         if let Some(answer) = answer {
             desk.waiting.push(For::Rest, answer);
         }
         self.answer_waiting(&mut desk);
-        Ok((self.status.describe(), desk.next_step))
+        Ok((self.status.describe(), desk.open_step()))
     }
 
     /// Makes changes and takes steps, then pauses; the answer comes after them.
@@ -115,11 +122,13 @@ impl Control {
             let is_idle = desk.state == State::Paused;
             self.check_change(&desk, Event::Step(count))?;
             if !changes.is_empty() {
-                let next = desk.next_step;
+                let next = desk.open_step();
                 self.check_speeds(&desk, next, &changes)?;
-                desk.pending.push(next, changes)?;
+                desk.push(next, changes)?;
             }
             self.change(&mut desk, Event::Step(count))?;
+            let step = desk.coming_step();
+            desk.note(&Record::Goal(Goal::Stand { step }));
             if is_idle {
                 self.set_pace(&mut desk, 0.0);
             }
@@ -168,72 +177,6 @@ impl Control {
         Ok(())
     }
 
-    /// Takes changes for step `at_step`, or for the first that has not begun; the answer comes when they take effect.
-    pub(super) fn update(
-        &self,
-        at_step: u64,
-        changes: Vec<Change>,
-        answer: Option<Answer>,
-    ) -> Result<Accepted, ServiceError> {
-        self.rules.check(&changes).map_err(|error| ServiceError::from(&error))?;
-
-        let mut desk = self.open()?;
-        self.check_room(&mut desk, answer.as_ref())?;
-        self.change(&mut desk, Event::Update)?;
-        let latest = desk.next_step.saturating_add(MAX_STEPS_AHEAD);
-        if at_step > latest {
-            let problem = format!("is {at_step}: allowed is at most {latest}, {MAX_STEPS_AHEAD} steps ahead");
-            return Err(ServiceError::field("at_step", problem)
-                .with("value", at_step)
-                .with("allowed", latest));
-        }
-
-        let step = at_step.max(desk.next_step);
-        self.check_speeds(&desk, step, &changes)?;
-        let accepted = desk.pending.push(step, changes)?;
-        if let Some(answer) = answer {
-            desk.waiting.push(For::Begin(step), answer);
-        }
-        Ok(accepted)
-    }
-
-    /// Refuses moves of colliders, for step `step`, whose surfaces would be too fast where particles are in the newest frame.
-    fn check_speeds(&self, desk: &Desk, step: u64, changes: &[Change]) -> Result<(), ServiceError> {
-        if !changes.iter().any(|change| matches!(change, Change::Collider(_))) {
-            return Ok(());
-        }
-        let (told, newest) = (self.status.progress().parameters.collider_poses, self.status.feed.newest());
-        let waiting = desk.pending.queue().moved();
-        let departure = |name: &str| {
-            let pose = told.iter().find(|pose| pose.name == name)?;
-            let pose = Pose { position: pose.position?.into(), turn: pose.turn?.into() };
-            let is_here = step == desk.next_step && !waiting.contains(name);
-            Some(if is_here { Departure::Now(pose) } else { Departure::Later(pose) })
-        };
-        let refused = self.rules.check_speeds(changes, departure, || newest.frame.bounds());
-        refused.map_err(|error| ServiceError::from(&error))
-    }
-
-    /// Up to `count` of the changes that wait, after the one given, in the order in which they take effect; and the
-    /// last of them if more follow.
-    pub(super) fn pending_changes(
-        &self,
-        after: Option<Accepted>,
-        count: usize,
-    ) -> (Vec<PendingChange>, Option<Accepted>) {
-        self.lock().pending.queue().page(after, count)
-    }
-
-    /// How many changes wait.
-    pub(super) fn pending_count(&self) -> usize {
-        self.lock().pending.queue().count()
-    }
-
-    /// Drops changes that wait: those of these orders, or all. Returns how many there were.
-    pub(super) fn drop_changes(&self, orders: Option<&[u64]>) -> u64 {
-        self.lock().pending.drop_groups(orders)
-    }
-
     /// Asks for a copy, between two steps.
     pub(super) fn copy(&self) -> Result<oneshot::Receiver<Copied>, ServiceError> {
         self.ask_of_state(|desk| &mut desk.copies)
@@ -261,18 +204,6 @@ impl Control {
         Ok(taken)
     }
 
-    /// Asks for the session to be put back to its start, between two steps.
-    pub(super) fn reset(&self) -> Result<oneshot::Receiver<Accepted>, ServiceError> {
-        self.rules.check(&[Change::Reset]).map_err(|error| ServiceError::from(&error))?;
-        let mut desk = self.open()?;
-        let (done, reset) = oneshot::channel();
-        self.check_room(&mut desk, Some(&done))?;
-        self.change(&mut desk, Event::Update)?;
-        desk.resets.push(done);
-        self.changed.notify_one();
-        Ok(reset)
-    }
-
     /// Asks for the newest frame with everything that watchers want. None if the session is stepping: the next frame
     /// has it.
     pub(super) fn complete_newest(&self) -> Result<Option<oneshot::Receiver<()>>, ServiceError> {
@@ -290,10 +221,18 @@ impl Control {
         Ok(Some(completed))
     }
 
-    /// Ends the thread, within the step in progress.
+    /// Ends the thread, within the step in progress; what is kept of the session goes with it.
     pub(super) fn delete(&self) {
-        self.lock().ending = Ending::Thread;
+        if let Some(keep) = &mut self.lock().keep {
+            keep.forget();
+        }
+        self.leave();
         self.interrupt.request();
+    }
+
+    /// Ends the thread after the step in progress: the session stays where it is kept.
+    pub(super) fn leave(&self) {
+        self.lock().ending = Ending::Thread;
         self.changed.notify_one();
     }
 
@@ -324,7 +263,9 @@ impl Control {
         self.lock().injected = Injected::Panic;
     }
 
-    fn set_pace(&self, desk: &mut Desk, factor: f64) {
+    /// The pace of the steps from now on.
+    pub(super) fn set_pace(&self, desk: &mut Desk, factor: f64) {
+        desk.rerun.factor = None;
         desk.pace = Pace::start(factor, Instant::now(), self.status.progress().time_seconds);
     }
 

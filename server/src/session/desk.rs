@@ -1,22 +1,23 @@
 //! What the calls of a session and the thread that steps it share.
 
-use std::{sync::Arc, time::Instant};
+use std::{borrow::Cow, collections::VecDeque, time::Instant};
 
-use nappe_proto::v1;
 use nappe_sim::{
     interrupt::Interrupt,
-    world::{Change, Simulation, WorldState},
+    world::{Change, Simulation},
 };
 use tokio::sync::oneshot;
 
 use super::{
+    keep::Keep,
     pace::Pace,
     pending_changes::{Accepted, PendingChanges, Queue},
     status::Progress,
+    taken::Taken,
     transition::State,
     waiting::{FrameWish, Standing, Waiting},
 };
-use crate::{error::ServiceError, stream::EncodedFrame};
+use crate::{error::ServiceError, state::Record};
 
 /// What calls and thread share, each for a moment.
 #[derive(Debug)]
@@ -46,6 +47,22 @@ pub(super) struct Desk {
     pub(super) injected: Injected,
     /// Whether the ranks that step it have ended by themselves.
     pub(super) are_ranks_lost: bool,
+    /// What keeps it in a folder, if something does.
+    pub(super) keep: Option<Keep>,
+    pub(super) rerun: Rerun,
+}
+
+/// What a session that goes on from a state has to do again, before anything else.
+#[derive(Debug, Default)]
+pub(super) struct Rerun {
+    /// After how many steps it goes back to its start, in order.
+    pub(super) resets: VecDeque<u64>,
+    /// Steps that somebody may have seen: calls change what comes after them.
+    pub(super) until: u64,
+    /// The pace after them, if it plays then.
+    pub(super) factor: Option<f64>,
+    /// After how many steps it ended.
+    pub(super) end: Option<u64>,
 }
 
 impl Desk {
@@ -68,12 +85,44 @@ impl Desk {
             is_settled: true,
             injected: Injected::Nothing,
             are_ranks_lost: false,
+            keep: None,
+            rerun: Rerun::default(),
         }
     }
 
     /// Steps that were taken.
     pub(super) fn taken(&self) -> u64 {
         self.next_step - u64::from(self.in_progress != InProgress::Nothing)
+    }
+
+    /// The first step that calls can change.
+    pub(super) fn open_step(&self) -> u64 {
+        self.next_step.max(self.rerun.until)
+    }
+
+    /// Whether it still does again what was done before.
+    pub(super) fn is_rerunning(&self) -> bool {
+        let Rerun { resets, until, end, .. } = &self.rerun;
+        self.next_step < *until || !resets.is_empty() || end.is_some()
+    }
+
+    /// Takes changes for a step; the log has them before anybody is told.
+    pub(super) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<Accepted, ServiceError> {
+        let accepted = self.pending.push(step, changes)?;
+        if let Some(keep) = &mut self.keep
+            && let Some(changes) = self.pending.queue().group(accepted)
+        {
+            let Accepted { step, order } = accepted;
+            keep.note(&Record::Changes { step, order, changes: Cow::Borrowed(changes) });
+        }
+        Ok(accepted)
+    }
+
+    /// Tells the log, if there is one.
+    pub(super) fn note(&mut self, record: &Record<'_>) {
+        if let Some(keep) = &mut self.keep {
+            keep.note(record);
+        }
     }
 
     /// How the session stands, as far as calls wait for it.
@@ -149,19 +198,6 @@ pub(super) struct Trial {
 #[derive(Debug)]
 pub(super) struct Copied {
     pub(super) simulation: Simulation,
-    /// The changes that wait.
-    pub(super) pending: Queue,
-}
-
-/// What is to be saved of a session as it stands between two steps.
-#[derive(Debug)]
-pub(super) struct Taken {
-    /// As it is described.
-    pub(super) session: v1::Session,
-    pub(super) state: WorldState,
-    pub(super) state_hash: u64,
-    /// The newest frame.
-    pub(super) newest: Arc<EncodedFrame>,
     /// The changes that wait.
     pub(super) pending: Queue,
 }

@@ -305,7 +305,7 @@ impl Session {
         Ok(wish)
     }
 
-    /// Tells the thread to end, within the step in progress.
+    /// Tells the thread to end, within the step in progress; nothing of the session is kept.
     pub(crate) fn end(&self) {
         self.control.delete();
     }
@@ -372,18 +372,12 @@ impl Session {
     fn with_watchers(&self, mut session: v1::Session) -> v1::Session {
         session.watcher_count = self.watcher_count();
         session.expires_in_seconds = self.lease_left().map(|left| left.as_secs_f64());
+        session.durability = self.control.durability();
         session
     }
 
     fn watcher_count(&self) -> u32 {
         self.watcher_limit - self.watcher_slots.available_permits() as u32
-    }
-}
-
-impl Drop for Session {
-    /// A session that nobody holds, since its maker was gone before he got it, ends.
-    fn drop(&mut self) {
-        self.end();
     }
 }
 

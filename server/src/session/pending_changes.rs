@@ -86,6 +86,16 @@ impl PendingChanges {
         Ok(pending)
     }
 
+    /// The same of a session that its server kept: with those that it had made since, there may be more of them for a while.
+    ///
+    /// # Errors
+    /// If the server has not as much memory left.
+    pub(super) fn replayed(waiting: Waiting, limit: u32, memory: Claim) -> Result<Self, ServiceError> {
+        let mut pending = Self::restored(waiting, u32::MAX, memory)?;
+        pending.queue.limit = limit as usize;
+        Ok(pending)
+    }
+
     /// The changes that wait, in the order in which they take effect.
     pub(super) fn queue(&self) -> &Queue {
         &self.queue
@@ -127,8 +137,8 @@ impl PendingChanges {
         due
     }
 
-    /// Drops the groups of these orders; `None`: all. Returns how many there were.
-    pub(super) fn drop_groups(&mut self, orders: Option<&[u64]>) -> u64 {
+    /// Drops the groups of these orders; `None`: all. Returns the orders of those that there were.
+    pub(super) fn drop_groups(&mut self, orders: Option<&[u64]>) -> Vec<u64> {
         let dropped = self.queue.drop_groups(orders);
         self.memory.shrink_to(self.queue.bytes);
         dropped
@@ -145,6 +155,11 @@ impl Queue {
     pub(super) fn into_waiting(self) -> Waiting {
         let group = |(Accepted { step, order }, changes)| PendingGroup { step, order, changes };
         Waiting { groups: self.groups.into_iter().map(group).collect(), last_order: self.last_order }
+    }
+
+    /// The changes of a call, if they wait.
+    pub(super) fn group(&self, accepted: Accepted) -> Option<&[Change]> {
+        self.groups.get(&accepted).map(Vec::as_slice)
     }
 
     /// How many changes wait.
@@ -201,12 +216,13 @@ impl Queue {
         (page, left.next().and(last))
     }
 
-    fn drop_groups(&mut self, orders: Option<&[u64]>) -> u64 {
-        let before = self.groups.len();
-        self.groups.retain(|accepted, _| orders.is_some_and(|orders| !orders.contains(&accepted.order)));
+    fn drop_groups(&mut self, orders: Option<&[u64]>) -> Vec<u64> {
+        let is_named = |accepted: &Accepted| orders.is_none_or(|orders| orders.contains(&accepted.order));
+        let dropped = self.groups.extract_if(.., |accepted, _| is_named(accepted));
+        let dropped = dropped.map(|(accepted, _)| accepted.order).collect();
         self.count = self.groups.values().map(|changes| weight(changes)).sum();
         self.bytes = self.groups.values().map(|changes| bytes(changes)).sum();
-        (before - self.groups.len()) as u64
+        dropped
     }
 }
 
@@ -255,9 +271,9 @@ mod tests {
         assert_eq!(pending.take_due(3).len(), 1);
         let left = account.used();
         assert!((of_lists(200)..of_lists(200) + 300).contains(&left), "{left}");
-        assert_eq!(pending.drop_groups(Some(&[9])), 0);
+        assert!(pending.drop_groups(Some(&[9])).is_empty());
         assert_eq!(account.used(), left);
-        assert_eq!(pending.drop_groups(None), 1);
+        assert_eq!(pending.drop_groups(None), [2]);
         assert_eq!(account.used(), 0);
         pending.push(9, path(400)).expect("room again");
         drop(pending);
@@ -270,7 +286,7 @@ mod tests {
         for step in [5, 2, 5] {
             pending.push(step, vec![Change::Drag(step as f64)]).expect("room");
         }
-        assert_eq!(pending.drop_groups(Some(&[1])), 1);
+        assert_eq!(pending.drop_groups(Some(&[1])), [1]);
         let (bytes, saved) = (pending.queue().bytes(), pending.queue().clone().into_waiting());
         let places: Vec<_> = saved.groups.iter().map(|group| (group.step, group.order)).collect();
         assert_eq!((places, saved.last_order), (vec![(2, 2), (5, 3)], 3));
@@ -283,6 +299,14 @@ mod tests {
         assert_eq!((restored.queue().count(), account.used()), (2, bytes));
         assert_eq!(restored.push(5, Vec::new()).expect("room"), Accepted { step: 5, order: 4 });
         assert_eq!(restored.take_due(2), [vec![Change::Drag(2.0)]]);
+
+        let mut replayed = PendingChanges::replayed(saved, 1, account.claim()).expect("room");
+        assert_eq!(
+            replayed.push(5, vec![Change::Drag(0.0)]).expect_err("full").reason,
+            Reason::TooManyChanges
+        );
+        assert_eq!(replayed.take_due(5).len(), 2);
+        replayed.push(6, vec![Change::Drag(0.0)]).expect("room again");
     }
 
     #[test]
@@ -328,9 +352,9 @@ mod tests {
         let (page, more) = large.queue().page(more, 9);
         assert_eq!((orders(&page), more), (vec![4], None));
 
-        assert_eq!(pending.drop_groups(Some(&[3, 1, 99])), 2);
+        assert_eq!(pending.drop_groups(Some(&[3, 1, 99])), [1, 3]);
         assert_eq!(orders(&pending.queue().page(None, 9).0), [2, 4]);
-        assert_eq!(pending.drop_groups(None), 2);
+        assert_eq!(pending.drop_groups(None), [2, 4]);
         assert_eq!(pending.queue().count(), 0);
     }
 }

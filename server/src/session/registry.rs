@@ -130,13 +130,22 @@ impl Registry {
     }
 
     /// Ends all sessions and waits for their threads, for at most `patience`: a thread ends after
-    /// the step in progress, however long that takes.
+    /// the step in progress, however long that takes. A step of a session that is kept has half of the time.
     pub(crate) async fn end_all(&self, patience: Duration) {
-        for session in std::mem::take(&mut *self.lock()).into_values().flatten() {
-            tracing::info!(session = session.id(), "deleted, since the server ends");
-            session.end();
+        let sessions: Vec<_> = std::mem::take(&mut *self.lock()).into_values().flatten().collect();
+        for session in &sessions {
+            let what = if session.is_kept() { "left" } else { "deleted" };
+            tracing::info!(session = session.id(), "{what}, since the server ends");
+            session.leave();
         }
-        if tokio::time::timeout(patience, self.places.emptied()).await.is_err() {
+        let half = patience / 2;
+        if tokio::time::timeout(half, self.places.emptied()).await.is_ok() {
+            return;
+        }
+        for session in &sessions {
+            session.hurry();
+        }
+        if tokio::time::timeout(half, self.places.emptied()).await.is_err() {
             tracing::warn!("some sessions are still in a step and are not waited for");
         }
     }

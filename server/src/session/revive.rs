@@ -22,6 +22,7 @@ use super::{
     stand::{Beginning, Parts, Past, Resources, stand, thread_pool},
     start::{launch, rules},
     status::{Properties, new_uid},
+    stay::{Keeping, Kept},
 };
 use crate::{
     config::Limits,
@@ -50,6 +51,8 @@ pub(crate) struct RevivedOptions {
     pub frame_interval_steps: u32,
     /// Ranks that step it; none: the server does.
     pub ranks: Option<RankCounts>,
+    /// Where the session itself was kept; none: it is a copy of the one that was saved.
+    pub kept: Option<Keeping>,
 }
 
 /// Starts the thread of a session that goes on from a file, which keeps `place` and `memory` until it ends. If the caller goes, or the
@@ -65,12 +68,12 @@ pub(crate) async fn revive(
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let (name, allowed) = (options.id.clone(), resources.limits.max_build_seconds);
     let build =
-        move |interrupt: &Interrupt, ended, memory| build(&options, &resources, interrupt, ended, memory);
+        move |interrupt: &Interrupt, ended, memory| build(options, &resources, interrupt, ended, memory);
     launch(name, place, memory, allowed, build).await
 }
 
 fn build(
-    options: &RevivedOptions,
+    mut options: RevivedOptions,
     resources: &Resources,
     interrupt: &Interrupt,
     ended: CancellationToken,
@@ -83,8 +86,10 @@ fn build(
     let reading = memory.another();
     reading.grow(file.bytes_to_read())?;
     let pool = thread_pool(options.thread_count)?;
-    let saved = pool.install(|| interrupt.leave_at_points(|| state::read(&file)))?.map_err(refused)?;
-    check_precision(options, &saved)?;
+    let mut saved = pool.install(|| interrupt.leave_at_points(|| state::read(&file)))?.map_err(refused)?;
+    check_precision(options.precision, &saved)?;
+    let taken = saved.state.step_count();
+    let kept = options.kept.take().map(|keeping| Kept::of(keeping, taken, &mut saved.pending));
     let Claimed { session_bytes, snow_bytes } = claim_saved(&saved, options.thread_count, limits, &memory)?;
     let restored = pool.install(|| interrupt.leave_at_points(|| state::restore(&saved)))?;
     let (simulation, odd) = restored.map_err(refused)?;
@@ -98,9 +103,9 @@ fn build(
     let mut warnings = warnings(&file, &saved, odd);
     let SavedSession { session, request, setup, initial, state, pending, frame, positions, .. } = saved;
     let session_before = session.session.unwrap_or_default();
-    let kept = memory.another();
-    kept.grow(REQUEST_BYTES_PER_BYTE * file.section(Section::Request).len() as u64)?;
-    let source = Source::of_section(file.section(Section::Setup), kept)?;
+    let held = memory.another();
+    held.grow(REQUEST_BYTES_PER_BYTE * file.section(Section::Request).len() as u64)?;
+    let source = Source::of_section(file.section(Section::Setup), held)?;
     let origin = Origin { request, warnings: session.warnings, source };
     let properties = Properties {
         hash_interval: saved.hash_interval,
@@ -108,9 +113,13 @@ fn build(
         initial_changes: initial.clone().into(),
         claimed_bytes: session_bytes,
         claimed_snow_bytes: snow_bytes,
-        ..properties(options, &session_before, &simulation, Arc::new(origin))
+        ..properties(&options, &session_before, &simulation, Arc::new(origin))
     };
-    let pending = PendingChanges::restored(pending, limits.max_pending_changes, memory.another())?;
+    let (most, room) = (limits.max_pending_changes, memory.another());
+    let (properties, pending) = match &kept {
+        None => (properties, PendingChanges::restored(pending, most, room)?),
+        Some(_) => (same(properties, &session_before), PendingChanges::replayed(pending, most, room)?),
+    };
     let past = Past { session: session_before, frame, positions, state_hash: saved.state_hash };
     let begin = Beginning { rules, pending, past: Some(past) };
     let (mut stepper, session) = stand(simulation, pool, properties, begin, resources, ended, memory)?;
@@ -121,14 +130,24 @@ fn build(
             add(&mut warnings, warning);
         }
     }
+    if let Some(kept) = &kept {
+        stepper.go_on(kept, limits);
+    }
     drop(reading);
     Ok((stepper, session, warnings))
 }
 
+/// Those of the session itself, which was kept.
+fn same(properties: Properties, before: &v1::Session) -> Properties {
+    let created = before.create_time.and_then(|time| SystemTime::try_from(time).ok());
+    let create_time = created.unwrap_or(properties.create_time);
+    Properties { uid: before.uid.clone(), create_time, is_copy: false, ..properties }
+}
+
 /// The state is in one precision, and goes on in it.
-fn check_precision(options: &RevivedOptions, saved: &SavedSession) -> Result<(), ServiceError> {
+fn check_precision(asked: Option<Precision>, saved: &SavedSession) -> Result<(), ServiceError> {
     let own = saved.state.precision();
-    match options.precision {
+    match asked {
         Some(asked) if asked != own => {
             let problem = format!("is {asked}, and the session that was saved is in {own}: leave it out");
             Err(ServiceError::field("precision", problem))
@@ -215,6 +234,7 @@ fn properties(
         snow_cell: simulation.snow_cell(),
         initial_changes: Arc::default(),
         origin,
+        is_copy: true,
         claimed_bytes: 0,
         claimed_snow_bytes: 0,
         claimed_way_bytes: 0,

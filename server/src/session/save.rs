@@ -4,16 +4,14 @@
 //! on.
 
 use bytes::Bytes;
-use nappe_proto::v1;
 use tokio::{sync::OwnedSemaphorePermit, task::spawn_blocking};
 
-use super::{desk::Taken, handle::Session, status::Properties};
+use super::{handle::Session, status::Properties, taken::Taken};
 use crate::{
     config::Limits,
     error::ServiceError,
     memory::Claim,
-    state::{FileError, SavedSession, bytes_to_write, write_with},
-    stream::FieldSet,
+    state::{FileError, bytes_to_write, write_with},
 };
 
 /// A file of a session, and what its memory is claimed by.
@@ -52,25 +50,9 @@ fn file(
     limits: &Limits,
     mut memory: Claim,
 ) -> Result<SavedFile, ServiceError> {
-    let Taken { session, state, state_hash, newest, pending } = taken;
-    memory.grow(pending.bytes())?;
-    let mut frame = newest.whole(FieldSet::ALWAYS);
-    // Its only field has a section of its own.
-    let positions = frame.fields.pop().map_or_else(Vec::new, |field| field.data.to_vec());
-    let origin = &properties.origin;
-    let saved = SavedSession {
-        session: v1::CreateSessionResponse { session: Some(session), warnings: origin.warnings.clone() },
-        request: origin.request.clone(),
-        setup: origin.setup_section(limits, &memory)?,
-        initial: properties.initial_changes.to_vec(),
-        state,
-        pending: pending.into_waiting(),
-        frame,
-        positions,
-        state_hash,
-        hash_interval: properties.hash_interval,
-        colors: properties.colors.to_vec(),
-    };
+    memory.grow(taken.pending.bytes())?;
+    let setup = properties.origin.setup_section(limits, &memory)?;
+    let saved = taken.saved(properties, setup);
     let refused =
         |error: FileError| ServiceError::internal(format!("the session cannot be written: {error}"));
     memory.grow(bytes_to_write(&saved).map_err(refused)?)?;

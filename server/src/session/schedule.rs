@@ -11,12 +11,17 @@ use tokio::sync::oneshot;
 
 use super::{
     control::Control,
-    desk::{Copied, Desk, Ending, InProgress, Injected, Taken, Trial},
+    desk::{Copied, Desk, Ending, InProgress, Injected, Rerun, Trial},
+    kept::Again,
     pending_changes::{Accepted, Queue},
+    taken::Taken,
     transition::{Effect, Event, State},
     waiting::FrameWish,
 };
-use crate::error::ServiceError;
+use crate::{
+    error::ServiceError,
+    state::{Goal, Record, StatePlace},
+};
 
 /// Time after which a session looks again whether a watcher that it waits for has taken a frame.
 const PATIENCE: Duration = Duration::from_millis(2);
@@ -32,6 +37,8 @@ pub(super) enum Task {
     Copy { to: Vec<oneshot::Sender<Copied>>, pending: Queue },
     /// Takes what is to be saved of the session for those who wait for it, with the changes that wait.
     Save { to: Vec<oneshot::Sender<Taken>>, pending: Queue },
+    /// Takes a state of the session, which is kept there, with the changes that wait.
+    Keep { place: StatePlace, pending: Queue },
     /// Puts the session back to its start, for those who wait for it.
     Reset { done: Vec<(oneshot::Sender<Accepted>, Accepted)> },
     /// Tells whether changes can be made, to those who wait for it.
@@ -52,43 +59,8 @@ impl Control {
     pub(super) fn next(&self, end_time: f64, room: impl Fn() -> bool) -> Task {
         let mut desk = self.lock();
         loop {
-            match desk.ending {
-                Ending::Nothing => {}
-                Ending::Simulation => {
-                    desk.ending = Ending::Nothing;
-                    return Task::Stop;
-                }
-                Ending::Thread => return Task::End,
-            }
-
-            if std::mem::take(&mut desk.are_ranks_lost)
-                && !matches!(desk.state, State::Finished | State::Failed)
-            {
-                return Task::LoseRanks;
-            }
-
-            desk.copies.retain(|copy| !copy.is_closed());
-            if !desk.copies.is_empty() {
-                let to = std::mem::take(&mut desk.copies);
-                return Task::Copy { to, pending: desk.pending.queue().clone() };
-            }
-
-            desk.saves.retain(|save| !save.is_closed());
-            if !desk.saves.is_empty() {
-                let to = std::mem::take(&mut desk.saves);
-                return Task::Save { to, pending: desk.pending.queue().clone() };
-            }
-
-            if !desk.resets.is_empty() && !matches!(desk.state, State::Finished | State::Failed) {
-                let (resets, step) = (std::mem::take(&mut desk.resets), desk.next_step);
-                let done = resets.into_iter().map(|done| (done, desk.pending.count_call(step))).collect();
-                return Task::Reset { done };
-            }
-            // Who waits is told that the session is at its end.
-            desk.resets.clear();
-
-            if !desk.trials.is_empty() {
-                return Task::Try { trials: std::mem::take(&mut desk.trials) };
+            if let Some(task) = desk.asked() {
+                return task;
             }
 
             desk.frames.retain(|wish| !wish.done.is_closed());
@@ -101,6 +73,7 @@ impl Control {
                     let frames = desk.frames.extract_if(.., |wish| wish.step == step).collect();
                     return Task::Settle { frames };
                 }
+                self.end_rerun(&mut desk);
                 let wait = desk.pace.wait(Instant::now(), end_time);
                 let wait = if room() { wait } else { wait.max(PATIENCE) };
                 if wait.is_zero() {
@@ -163,6 +136,10 @@ impl Control {
         let mut desk = self.lock();
         desk.in_progress = InProgress::Nothing;
         desk.next_step = self.status.progress().step;
+        // Changes before that step may be made, or may not: from the last state on, the session comes here again.
+        if let Some(keep) = &mut desk.keep {
+            keep.end_states();
+        }
     }
 
     /// The session was put back to its start: the hash of its state is another one.
@@ -193,6 +170,8 @@ impl Control {
     /// The simulation came to its end, at a state with this hash.
     pub(super) fn finished(&self, hash: Option<u64>) {
         let mut desk = self.lock();
+        let step = desk.taken();
+        desk.note(&Record::Goal(Goal::End { step }));
         desk.is_settled = true;
         self.status.update(|progress| {
             progress.state = State::Finished;
@@ -204,6 +183,7 @@ impl Control {
     /// The session failed: `note` writes how, and everybody who waits is told.
     pub(super) fn failed(&self, error: &ServiceError, failure: v1::Failure, hash: Option<u64>) {
         let mut desk = self.lock();
+        desk.rerun = Rerun::default();
         desk.state = State::Failed;
         desk.in_progress = InProgress::Nothing;
         desk.is_settled = true;
@@ -233,5 +213,61 @@ impl Control {
         desk.saves.clear();
         desk.trials.clear();
         desk.frames.clear();
+    }
+}
+
+impl Desk {
+    /// What the thread is to do before it looks whether a step is due.
+    fn asked(&mut self) -> Option<Task> {
+        match self.ending {
+            Ending::Nothing => {}
+            Ending::Simulation => {
+                self.ending = Ending::Nothing;
+                return Some(Task::Stop);
+            }
+            Ending::Thread => return Some(Task::End),
+        }
+
+        if std::mem::take(&mut self.are_ranks_lost) && !matches!(self.state, State::Finished | State::Failed)
+        {
+            return Some(Task::LoseRanks);
+        }
+
+        self.copies.retain(|copy| !copy.is_closed());
+        if !self.copies.is_empty() {
+            let to = std::mem::take(&mut self.copies);
+            return Some(Task::Copy { to, pending: self.pending.queue().clone() });
+        }
+
+        self.saves.retain(|save| !save.is_closed());
+        if !self.saves.is_empty() {
+            let to = std::mem::take(&mut self.saves);
+            return Some(Task::Save { to, pending: self.pending.queue().clone() });
+        }
+
+        match self.done_again() {
+            Some(Again::Reset) => return Some(Task::Reset { done: Vec::new() }),
+            Some(Again::End) => return Some(Task::Stop),
+            None => {}
+        }
+        if let Some((place, pending)) = self.state_due() {
+            return Some(Task::Keep { place, pending });
+        }
+
+        if matches!(self.state, State::Finished | State::Failed) {
+            // Who waits is told that the session is at its end.
+            self.resets.clear();
+        }
+        if !self.resets.is_empty() && !self.is_rerunning() {
+            let (resets, step) = (std::mem::take(&mut self.resets), self.next_step);
+            let count = |done| (done, self.pending.count_call(step));
+            let done = resets.into_iter().map(count).collect();
+            return Some(Task::Reset { done });
+        }
+
+        if !self.trials.is_empty() {
+            return Some(Task::Try { trials: std::mem::take(&mut self.trials) });
+        }
+        None
     }
 }

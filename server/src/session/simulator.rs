@@ -13,11 +13,7 @@ use rayon::ThreadPool;
 use tokio::sync::oneshot;
 
 use super::{
-    desk::{Taken, Trial},
-    pending_changes::Queue,
-    ranks::Ranks,
-    status::Status,
-    waiting::FrameWish,
+    desk::Trial, pending_changes::Queue, ranks::Ranks, status::Status, taken::Taken, waiting::FrameWish,
 };
 use crate::{
     error::ServiceError,
@@ -182,14 +178,18 @@ impl Simulator {
 
     /// Takes what is to be saved of the state as it is, unless it may be half changed.
     pub(super) fn save(&self, to: Vec<oneshot::Sender<Taken>>, pending: &Queue) {
-        let simulation = &self.simulation;
         for save in to.into_iter().filter(|_| !self.is_torn) {
-            let state = self.pool.install(|| simulation.take());
-            let newest = self.status.feed.newest().frame;
-            let (session, state_hash, pending) = (self.status.describe(), self.hash(), pending.clone());
             // Whoever asked may be gone.
-            let _ = save.send(Taken { session, state, state_hash, newest, pending });
+            let _ = save.send(self.taken(pending.clone()));
         }
+    }
+
+    /// What is to be saved of the state as it is, which is not half changed.
+    pub(super) fn taken(&self, pending: Queue) -> Taken {
+        let simulation = &self.simulation;
+        let state = self.pool.install(|| simulation.take());
+        let newest = self.status.feed.newest().frame;
+        Taken { session: self.status.describe(), state, state_hash: self.hash(), newest, pending }
     }
 
     /// Fetches what the ranks have, before somebody looks at it, until no more than `left` is behind.

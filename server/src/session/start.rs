@@ -258,6 +258,7 @@ fn properties(
         snow_cell: simulation.snow_cell(),
         initial_changes: Arc::default(),
         origin,
+        is_copy: false,
         claimed_bytes: 0,
         claimed_snow_bytes: 0,
         claimed_way_bytes: 0,

@@ -43,6 +43,8 @@ pub(crate) struct Properties {
     pub initial_changes: Arc<[Change]>,
     /// What it was made from.
     pub origin: Arc<Origin>,
+    /// Whether its origin is that of another session, of which it is a copy.
+    pub is_copy: bool,
     /// Memory of the server that is counted for it (bytes).
     pub claimed_bytes: u64,
     /// Those of them that are counted for its snow, before that grows.
@@ -54,7 +56,7 @@ pub(crate) struct Properties {
 impl Properties {
     /// The same of a session that is made now.
     pub(super) fn of_new_session(self, id: String) -> Self {
-        Self { id, uid: new_uid(), create_time: SystemTime::now(), ..self }
+        Self { id, uid: new_uid(), create_time: SystemTime::now(), is_copy: true, ..self }
     }
 }
 
@@ -117,7 +119,7 @@ impl Status {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The session's message without the number of watchers, which the handle knows.
+    /// The session's message without the number of watchers and what is kept of it, which the handle knows.
     pub(crate) fn describe(&self) -> v1::Session {
         let (progress, newest, properties) = (self.progress(), self.feed.newest(), &self.properties);
         let [largest_stretch, largest_stretch_seconds] = progress.largest_stretch;
@@ -149,6 +151,7 @@ impl Status {
             ranks: progress.ranks,
             largest_stretch,
             largest_stretch_seconds,
+            durability: None,
         }
     }
 }

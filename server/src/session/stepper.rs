@@ -10,7 +10,8 @@ use std::{
 };
 
 use nappe_proto::v1;
-use nappe_sim::{interrupt::Interrupt, report::StepFailure, world::Change};
+use nappe_sim::{report::StepFailure, world::Change};
+use prost::Message as _;
 use tokio::sync::oneshot;
 
 use super::{
@@ -20,16 +21,15 @@ use super::{
     notices,
     parameters::{parameters, put_collider_poses},
     pending_changes::{Accepted, Queue},
-    ranks::{Begin, RankCounts, Ranks, Watched},
     schedule::Task,
     simulator::{Behind, FramePosition, NoStep, Simulator, TimedStep},
     status::Status,
     transition::{Effect, Event},
 };
 use crate::{
-    config::RankSettings,
     counters::Counters,
     error::{Reason, ServiceError, step_reason},
+    state::Record,
     stream::{Ending, diagnostics, initial_diagnostics, rejected},
 };
 
@@ -59,6 +59,8 @@ impl Stepper {
             }
         }
 
+        // A panic in it was told where it happened.
+        let _ = catch_unwind(AssertUnwindSafe(|| self.end_keeping()));
         let error = ServiceError::session_deleted(self.id());
         self.status().feed.note(v1::ChangeKind::Deleted, self.step_count());
         self.status().feed.end(Ending::Broken(error.clone()));
@@ -80,6 +82,7 @@ impl Stepper {
             }
             Task::Copy { to, pending } if self.catch_up() => self.copy(to, &pending),
             Task::Save { to, pending } if self.catch_up() => self.simulator.save(to, &pending),
+            Task::Keep { place, pending } => self.keep(place, pending),
             Task::Reset { done } if self.catch_up() => self.reset(done),
             Task::Try { trials } => self.simulator.try_out(trials),
             // Who waits is told of the failure.
@@ -107,6 +110,9 @@ impl Stepper {
     /// Puts the session back to its start, and shows it in a frame.
     fn reset(&mut self, done: Vec<(oneshot::Sender<Accepted>, Accepted)>) {
         let index = self.step_count();
+        if let Some((_, Accepted { step, order })) = done.last() {
+            self.control.note(&Record::Reset { step: *step, order: *order });
+        }
         self.status().feed.note(v1::ChangeKind::Reset, index);
         let changes = [&[Change::Reset], &*self.status().properties.initial_changes].concat();
         if let Err(error) = self.simulator.apply(&changes) {
@@ -244,6 +250,7 @@ impl Stepper {
         if !self.catch_up_but(unseen) {
             return false;
         }
+        self.note_frame(frame);
         match self.simulator.publish(frame, position) {
             Ok(()) => true,
             Err(error) => {
@@ -280,7 +287,7 @@ impl Stepper {
     }
 
     /// Ends the session with an error that arose in step `step`.
-    fn fail(&mut self, error: ServiceError, step: u64, particle: Option<u64>, value: Option<f64>) {
+    pub(super) fn fail(&mut self, error: ServiceError, step: u64, particle: Option<u64>, value: Option<f64>) {
         tracing::warn!(session = self.id(), step, reason = error.reason.name(), "failed: {}", error.message);
         let time_seconds = self.simulator.simulation.time();
         let point = FailurePoint { step, time_seconds, particle, value };
@@ -305,44 +312,8 @@ impl Stepper {
         self.completing.clear();
     }
 
-    /// Has ranks step it from here, which start now; the strings are their warnings.
-    ///
-    /// # Errors
-    /// When they do not start, or the server has no memory left for them.
-    pub(super) fn hand_to_ranks(
-        &mut self,
-        settings: &RankSettings,
-        counts: RankCounts,
-        begin: &Begin<'_>,
-        start: &Interrupt,
-    ) -> Result<Vec<String>, ServiceError> {
-        let [control, deleted] = [(); 2].map(|()| Arc::clone(&self.control));
-        let watched = Watched {
-            start: start.clone(),
-            steps: self.simulator.simulation.interrupt().clone(),
-            is_deleted: Box::new(move || deleted.is_deleted()),
-            on_end: Box::new(move || control.lose_ranks()),
-        };
-        let (memory, bytes) = (&self.simulator.memory, self.status().properties.claimed_bytes);
-        // Each has the whole scene.
-        let count = |here: u64| memory.grow(bytes.saturating_mul(here));
-        let (ranks, warnings) = Ranks::start(settings, counts, begin, watched, count)?;
-        self.status().update(|progress| progress.ranks = Some(ranks.describe()));
-        self.simulator.ranks = Some(ranks);
-        Ok(warnings)
-    }
-
-    /// Fails the session, whose ranks have ended.
-    fn lose_ranks(&mut self) {
-        if let Some(ranks) = &mut self.simulator.ranks {
-            let lost = ranks.lost(&"the launcher ended");
-            self.simulator.is_torn |= self.simulator.behind > Behind::Nothing;
-            self.fail(lost, self.step_count(), None, None);
-        }
-    }
-
     /// Fetches the state from ranks that step it; false if that failed the session.
-    fn catch_up(&mut self) -> bool {
+    pub(super) fn catch_up(&mut self) -> bool {
         self.catch_up_but(Behind::Nothing)
     }
 
@@ -370,16 +341,26 @@ impl Stepper {
 
         // The last good state becomes a frame, unless it cannot be encoded.
         if !self.simulator.is_torn && !is_newest {
+            self.note_frame(newest.head.frame + 1);
             let _ = self.simulator.publish(newest.head.frame + 1, FramePosition::Last);
         }
 
+        // What fails while it ends does so again where the session goes on.
+        if !self.control.is_deleted() {
+            self.control.note(&Record::Failed(failure.encode_to_vec()));
+        }
         // Told before the streams end, so that who sees the end can read why.
         self.control.failed(&error, failure, hash);
         self.status().feed.end(Ending::Broken(error));
         self.simulator.ranks = None;
     }
 
-    fn status(&self) -> &Status {
+    /// The log has the number of a frame before anybody can see it.
+    fn note_frame(&self, frame: u64) {
+        self.control.note(&Record::Frame { frame, step: self.step_count() });
+    }
+
+    pub(super) fn status(&self) -> &Status {
         &self.simulator.status
     }
 
@@ -387,7 +368,7 @@ impl Stepper {
         &self.simulator.status.properties.id
     }
 
-    fn step_count(&self) -> u64 {
+    pub(super) fn step_count(&self) -> u64 {
         self.simulator.simulation.step_count()
     }
 

@@ -23,7 +23,7 @@ const HEAD_BYTES: usize = 32 + VERSION_BYTES;
 /// Bytes of a row of the table.
 const ROW_BYTES: usize = 28;
 /// Bytes before the first section.
-const FRONT_BYTES: usize = HEAD_BYTES + Section::ALL.len() * ROW_BYTES + 8;
+pub(super) const FRONT_BYTES: usize = HEAD_BYTES + Section::ALL.len() * ROW_BYTES + 8;
 /// Bytes of a message of the contract, at most: as many as a call may have.
 const MOST_MESSAGE_BYTES: u64 = 4 << 20;
 
@@ -146,14 +146,47 @@ impl FileError {
     }
 }
 
+/// What the table says of the bytes of a section: by this a setup is known that stands in a file of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Digest {
+    /// How many there are.
+    pub length: u64,
+    /// Their XXH3.
+    pub hash: u64,
+}
+
+impl Digest {
+    /// That of these bytes.
+    pub(crate) fn of(bytes: &[u8]) -> Self {
+        Self { length: bytes.len() as u64, hash: xxh3_64(bytes) }
+    }
+}
+
 /// A file of sections, in their order.
 pub(super) fn join(sections: &[Vec<u8>; Section::ALL.len()]) -> Vec<u8> {
+    join_without_setup(sections, Digest::of(&sections[Section::Setup as usize]))
+}
+
+/// The same with a setup of this digest. Its section may be empty: once its bytes stand where they belong, the file is whole.
+pub(super) fn join_without_setup(sections: &[Vec<u8>; Section::ALL.len()], setup: Digest) -> Vec<u8> {
+    let is_setup = |index: usize| index == Section::Setup as usize;
+    let digests = std::array::from_fn(|at| if is_setup(at) { setup } else { Digest::of(&sections[at]) });
     let length = FRONT_BYTES + sections.iter().map(Vec::len).sum::<usize>();
-    let mut file = Vec::with_capacity(length);
+    let mut file = front(&digests, length);
+    for bytes in sections {
+        file.extend(bytes);
+    }
+    file
+}
+
+/// Head and table of a file with such sections, with room for so many bytes in all.
+fn front(digests: &[Digest; Section::ALL.len()], room: usize) -> Vec<u8> {
+    let length = FRONT_BYTES as u64 + digests.iter().map(|digest| digest.length).sum::<u64>();
+    let mut file = Vec::with_capacity(room);
     file.extend(MAGIC);
     file.extend(FORMAT.to_le_bytes());
     file.extend((Section::ALL.len() as u32).to_le_bytes());
-    file.extend((length as u64).to_le_bytes());
+    file.extend(length.to_le_bytes());
     file.extend(BITS.to_le_bytes());
     let version = env!("CARGO_PKG_VERSION").as_bytes();
     let named = version.len().min(VERSION_BYTES);
@@ -161,17 +194,14 @@ pub(super) fn join(sections: &[Vec<u8>; Section::ALL.len()]) -> Vec<u8> {
     file.resize(HEAD_BYTES, 0);
 
     let mut offset = FRONT_BYTES as u64;
-    for (section, bytes) in Section::ALL.into_iter().zip(sections) {
+    for (section, digest) in Section::ALL.into_iter().zip(digests) {
         file.extend(section.code().to_le_bytes());
-        for number in [offset, bytes.len() as u64, xxh3_64(bytes)] {
+        for number in [offset, digest.length, digest.hash] {
             file.extend(number.to_le_bytes());
         }
-        offset += bytes.len() as u64;
+        offset += digest.length;
     }
     seal(&mut file);
-    for bytes in sections {
-        file.extend(bytes);
-    }
     file
 }
 
@@ -197,21 +227,8 @@ impl<'a> Opened<'a> {
     /// # Errors
     /// What is wrong with it, and in which section.
     pub fn of(bytes: &'a [u8]) -> Result<Self, FileError> {
-        if !bytes.starts_with(&MAGIC) {
-            return Err(FileError::Kind);
-        }
+        let table = checked_table(bytes)?;
         let found = bytes.len() as u64;
-        let cut = |needed: usize| FileError::Length { found, needed: needed as u64 };
-        let format = u32_at(bytes, 8).ok_or_else(|| cut(FRONT_BYTES))?;
-        if format != FORMAT {
-            return Err(FileError::Format { found: format });
-        }
-        let front = bytes.get(..FRONT_BYTES).ok_or_else(|| cut(FRONT_BYTES))?;
-        let (table, hash) = front.split_at(FRONT_BYTES - 8);
-        if u64_at(hash, 0) != Some(xxh3_64(table)) {
-            return Err(FileError::Table("its hash is another one".to_owned()));
-        }
-
         let [count, length, bits] = [u32_at(table, 12).map(u64::from), u64_at(table, 16), u64_at(table, 24)];
         if count != Some(Section::ALL.len() as u64) {
             let (listed, needed) = (count.unwrap_or_default(), Section::ALL.len());
@@ -259,6 +276,36 @@ impl<'a> Opened<'a> {
         };
         Section::ALL.into_iter().zip(&self.places).map(of_section).fold(0, u64::saturating_add)
     }
+}
+
+/// Head and table of a file whose beginning is one, of this format.
+fn checked_table(bytes: &[u8]) -> Result<&[u8], FileError> {
+    if !bytes.starts_with(&MAGIC) {
+        return Err(FileError::Kind);
+    }
+    let cut = || FileError::Length { found: bytes.len() as u64, needed: FRONT_BYTES as u64 };
+    let format = u32_at(bytes, 8).ok_or_else(cut)?;
+    if format != FORMAT {
+        return Err(FileError::Format { found: format });
+    }
+    let front = bytes.get(..FRONT_BYTES).ok_or_else(cut)?;
+    let (table, hash) = front.split_at(FRONT_BYTES - 8);
+    if u64_at(hash, 0) == Some(xxh3_64(table)) {
+        Ok(table)
+    } else {
+        Err(FileError::Table("its hash is another one".to_owned()))
+    }
+}
+
+/// The setup that a file needs, and at which byte it belongs, by the beginning of the file.
+///
+/// # Errors
+/// If that is damaged, or of no session.
+pub(crate) fn needed_setup(beginning: &[u8]) -> Result<(Digest, u64), FileError> {
+    let table = checked_table(beginning)?;
+    let row = HEAD_BYTES + Section::Setup as usize * ROW_BYTES;
+    let [offset, length, hash] = [4, 12, 20].map(|at| u64_at(table, row + at).unwrap_or_default());
+    Ok((Digest { length, hash }, offset))
 }
 
 /// Where the sections of a table stand in a file of so many bytes: one after the other, to its end.

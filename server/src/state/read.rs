@@ -2,6 +2,7 @@
 //!
 //! Enters: a file of which the hashes were checked. Leaves: what its sections say, of which nothing was checked yet.
 
+use nappe_proto::v1;
 use prost::Message;
 use serde::de::DeserializeOwned;
 
@@ -31,6 +32,15 @@ pub fn read(file: &Opened<'_>) -> Result<SavedSession, FileError> {
         hash_interval,
         colors: value(file, Section::Colors)?,
     })
+}
+
+/// The session as the service described it, alone.
+///
+/// # Errors
+/// If its section says something else.
+pub(crate) fn told_session(file: &Opened<'_>) -> Result<v1::Session, FileError> {
+    let told: v1::CreateSessionResponse = message(file, Section::Session)?;
+    told.session.ok_or_else(|| FileError::of(Section::Session, "it describes no session"))
 }
 
 /// A message of the contract.

@@ -53,7 +53,7 @@ friction = 0.8
 "#;
 
 /// A session after some steps and calls, with a change that waits; and its simulation.
-fn example(precision: Precision) -> (SavedSession, Simulation) {
+pub(super) fn example(precision: Precision) -> (SavedSession, Simulation) {
     let scene = Scene::parse(SCENE, "scene").unwrap_or_else(|error| panic!("{error}"));
     let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
     let (mut simulation, warnings) = Simulation::new(&built.setup, precision).expect("a good scene");

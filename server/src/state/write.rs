@@ -6,7 +6,7 @@ use postcard::ser_flavors::Size;
 use prost::Message as _;
 use serde::{Deserialize, Serialize};
 
-use super::format::{FileError, Section, join};
+use super::format::{Digest, FileError, Section, join, join_without_setup};
 
 /// What a file has beside its sections, and what the hash takes, at most (bytes).
 const BESIDE_BYTES: usize = 1024;
@@ -63,7 +63,7 @@ pub struct SavedSession<Setup = WorldSetup> {
 /// # Errors
 /// If a section cannot be written.
 pub fn write(saved: &SavedSession) -> Result<Vec<u8>, FileError> {
-    sections(saved, setup_section(&saved.setup)?)
+    Ok(join(&sections(saved, setup_section(&saved.setup)?)?))
 }
 
 /// The same of a session whose setup is the section of a file already.
@@ -71,7 +71,7 @@ pub fn write(saved: &SavedSession) -> Result<Vec<u8>, FileError> {
 /// # Errors
 /// If a section cannot be written.
 pub fn write_with(saved: &SavedSession<Vec<u8>>) -> Result<Vec<u8>, FileError> {
-    sections(saved, saved.setup.clone())
+    Ok(join(&sections(saved, saved.setup.clone())?))
 }
 
 /// Memory at most that this takes (bytes), to be counted before: each section, and the file.
@@ -79,14 +79,34 @@ pub fn write_with(saved: &SavedSession<Vec<u8>>) -> Result<Vec<u8>, FileError> {
 /// # Errors
 /// If a section cannot be written.
 pub fn bytes_to_write(saved: &SavedSession<Vec<u8>>) -> Result<u64, FileError> {
+    Ok(2 * (saved.setup.len() + bytes_beside_setup(saved)?) as u64)
+}
+
+/// The bytes of a file with this session, but for its setup, which stands in a file of its own.
+///
+/// # Errors
+/// If a section cannot be written.
+pub(crate) fn write_without_setup(saved: &SavedSession<Digest>) -> Result<Vec<u8>, FileError> {
+    Ok(join_without_setup(&sections(saved, Vec::new())?, saved.setup))
+}
+
+/// Memory at most that this takes (bytes), to be counted before.
+///
+/// # Errors
+/// If a section cannot be written.
+pub(crate) fn bytes_to_write_without_setup(saved: &SavedSession<Digest>) -> Result<u64, FileError> {
+    Ok(2 * bytes_beside_setup(saved)? as u64)
+}
+
+/// Bytes of a file but for its setup, at most.
+fn bytes_beside_setup<Setup>(saved: &SavedSession<Setup>) -> Result<usize, FileError> {
     let request = saved.request.as_ref().map_or(0, v1::CreateSessionRequest::encoded_len);
     let messages = saved.session.encoded_len() + request + saved.frame.encoded_len();
     let values = size(Section::Initial, &saved.initial)?
         + size(Section::State, &saved.state)?
         + size(Section::Pending, &saved.pending)?
         + size(Section::Colors, &saved.colors)?;
-    let sections = saved.setup.len() + saved.positions.len() + messages + values + BESIDE_BYTES;
-    Ok(2 * sections as u64)
+    Ok(saved.positions.len() + messages + values + BESIDE_BYTES)
 }
 
 /// The section that a setup is in a file.
@@ -105,7 +125,11 @@ pub fn bytes_of_setup(setup: &WorldSetup) -> Result<u64, FileError> {
     size(Section::Setup, setup).map(|size| size as u64)
 }
 
-fn sections<Setup>(saved: &SavedSession<Setup>, setup: Vec<u8>) -> Result<Vec<u8>, FileError> {
+/// The sections of a file, with this one of the setup.
+fn sections<Setup>(
+    saved: &SavedSession<Setup>,
+    setup: Vec<u8>,
+) -> Result<[Vec<u8>; Section::ALL.len()], FileError> {
     let request = saved.request.as_ref().map(v1::CreateSessionRequest::encode_to_vec);
     let sections = [
         saved.session.encode_to_vec(),
@@ -124,7 +148,7 @@ fn sections<Setup>(saved: &SavedSession<Setup>, setup: Vec<u8>) -> Result<Vec<u8
         let (found, allowed) = (bytes.len(), section.most_bytes());
         return Err(FileError::of(section, format!("it takes {found} bytes: allowed are at most {allowed}")));
     }
-    Ok(join(&sections))
+    Ok(sections)
 }
 
 fn bytes_of(section: Section, value: &impl Serialize) -> Result<Vec<u8>, FileError> {

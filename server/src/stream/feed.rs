@@ -5,7 +5,10 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Instant,
 };
 
@@ -53,6 +56,8 @@ pub(crate) struct Feed {
     demand: Arc<Demand>,
     /// The next frame of each watcher that frames are kept for, by an id of its own.
     needs: Mutex<BTreeMap<Uuid, (Kept, u64)>>,
+    /// The first frame that is shown to who does not ask for one by its number: those before it were seen already.
+    first_shown: AtomicU64,
     streams: Arc<Streams>,
 }
 
@@ -101,8 +106,19 @@ impl Feed {
             newest: watch::Sender::new(newest),
             demand: Arc::default(),
             needs: Mutex::default(),
+            first_shown: AtomicU64::new(0),
             streams,
         }
+    }
+
+    /// Shows frames from this number on, but for who asks for one before by its number: numbers never go back.
+    pub(crate) fn begin_at(&self, frame: u64) {
+        self.first_shown.store(frame, Ordering::Relaxed);
+    }
+
+    /// The first frame that is shown to who does not ask for one by its number.
+    pub(super) fn first_shown(&self) -> u64 {
+        self.first_shown.load(Ordering::Relaxed)
     }
 
     /// Adds the next frame, or replaces the newest by itself with more fields.

@@ -146,7 +146,8 @@ impl<S: StreamKind> Watcher<S> {
             }
 
             let newest = self.newest.borrow_and_update().clone();
-            let (number, has_news) = (newest.frame.head.frame, is_news(&newest, sent, wanted));
+            let number = newest.frame.head.frame;
+            let has_news = is_news(&newest, sent, wanted) && number >= self.feed.first_shown();
 
             // What happened before the frame comes before it; all else once no frame is left.
             let before = if has_news { number } else { u64::MAX };
@@ -176,7 +177,8 @@ impl<S: StreamKind> Watcher<S> {
     async fn wait_for_latest(&mut self, sent: Option<u64>, rate: &mut Rate) -> Result<bool, Leave> {
         let (told, wanted, quiet_until) = (self.change, self.kind.needed(), self.quiet_since + QUIET);
         let has_ended = |newest: &Newest| newest.ending.is_some();
-        let has_news = |newest: &Newest| is_news(newest, sent, wanted);
+        let first = self.feed.first_shown();
+        let has_news = |newest: &Newest| is_news(newest, sent, wanted) && newest.frame.head.frame >= first;
         let is_awaited = |newest: &Newest| has_ended(newest) || newest.change > told || has_news(newest);
         tokio::select! {
             awaited = self.newest.wait_for(is_awaited) => gone(awaited)?,
@@ -246,7 +248,8 @@ impl<S: StreamKind> Watcher<S> {
     /// Number of the newest frame if it holds what is needed, else of the frame after it.
     fn newest_complete(&self) -> u64 {
         let frame = &self.newest.borrow().frame;
-        frame.head.frame + u64::from(!frame.fields().covers(self.kind.needed()))
+        let complete = frame.head.frame + u64::from(!frame.fields().covers(self.kind.needed()));
+        complete.max(self.feed.first_shown())
     }
 
     async fn finish(&mut self, ending: &Ending) -> Result<(), Leave> {

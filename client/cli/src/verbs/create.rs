@@ -7,6 +7,7 @@ use std::{
 
 use clap::Args;
 use nappe_client::{Client, Scene as Sent, v1};
+use nappe_server::state::newest_state;
 
 use crate::{
     args::{OverrideArgs, ServerArgs},
@@ -27,7 +28,8 @@ pub(crate) struct CreateArgs {
     /// A scene that the server ships, or a scene file (.toml); meshes beside the file are uploaded
     #[arg(required_unless_present = "from")]
     scene: Option<String>,
-    /// Go on from a session that `nappe save` kept, instead of a scene; what options leave open is as it was there
+    /// Go on from a session that `nappe save` kept, or from the newest state in a folder DIR/sessions/UID that a server with
+    /// --state-dir DIR left, instead of a scene; what options leave open is as it was there
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     from: Option<PathBuf>,
     /// Id for the session: 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first [default: the server chooses]
@@ -66,8 +68,10 @@ pub(crate) fn run(args: &CreateArgs) -> Result<()> {
     })
 }
 
+/// The file of a session, or the newest state in the folder that a server keeps of one.
 fn read(path: &Path) -> Result<Vec<u8>> {
-    fs::read(path).map_err(|error| CliError::file("read", path, &error))
+    let read = if path.is_dir() { newest_state(path) } else { fs::read(path) };
+    read.map_err(|error| CliError::file("read", path, &error))
 }
 
 /// Makes a session that goes on from a file; tells what is odd about it.

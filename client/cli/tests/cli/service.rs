@@ -88,6 +88,26 @@ fn a_session_that_was_saved_goes_on_from_its_file() {
     assert_eq!(server.nappe(&["create"]).code, Some(2));
 }
 
+#[test]
+fn a_session_goes_on_from_what_another_server_keeps_of_it() {
+    let here = folder();
+    let state = here.path().join("state");
+    let server = Server::with(&["--state-dir", state.to_str().expect("a path")]);
+    let made = create(&server, "first", 0);
+    let stepped = server.nappe(&["step", "first", "10"]).ok().json();
+    assert_eq!(stepped["durability"]["problem"], "", "{stepped}");
+    assert_eq!(server.end_by("TERM"), Some(0));
+
+    let left = state.join("sessions").join(made["uid"].as_str().expect("a uid"));
+    let path = left.to_str().expect("a path");
+    let other = Server::start();
+    let again = other.nappe(&["create", "--from", path, "--id", "again"]).ok().json();
+    assert_eq!((&again["step"], &again["state_hash"]), (&10.into(), &stepped["state_hash"]), "{again}");
+    assert_ne!(again["uid"], made["uid"]);
+    let refused = other.nappe(&["create", "--from", here.path().to_str().expect("a path")]);
+    assert!(refused.code == Some(1) && refused.stderr.contains("DIR/sessions/UID"), "{refused:?}");
+}
+
 /// Asks until the session is in this state.
 pub(crate) fn wait_for(server: &Server, id: &str, state: &str) -> Value {
     let mut found = None;

@@ -122,6 +122,18 @@ class SessionRanks:
 
 
 @dataclass(frozen=True)
+class Durability:
+    """How far what a folder has of a session is behind the session."""
+
+    step: int | None
+    """Steps at the newest state in the folder; the log has what happened since. None until one is there."""
+    age_seconds: float | None
+    """Wall-clock seconds since that state was taken, or since the server made the session again."""
+    problem: str
+    """Why the session is not kept at the moment; empty while it is. It goes on all the same."""
+
+
+@dataclass(frozen=True)
 class Failure:
     """Why a session failed."""
 
@@ -198,6 +210,8 @@ class SessionInfo:
     """The largest `max_stretch` of diagnostics since the session was made, where it began counted."""
     largest_stretch_seconds: float
     """Simulated time at which it was so for the first time (s)."""
+    durability: Durability | None
+    """What a server that is started again would have of it. None on a server that keeps no sessions in a folder."""
 
 
 @dataclass(frozen=True)

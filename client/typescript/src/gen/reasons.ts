@@ -81,6 +81,6 @@ export const REASONS = {
   ORIGIN_NOT_ALLOWED: { code: 'PERMISSION_DENIED', isDivergence: false, remedy: 'Start the server with --allow-origin for the page\'s origin.' },
   HOST_NOT_ALLOWED: { code: 'PERMISSION_DENIED', isDivergence: false, remedy: 'Call the server by an address, as localhost or by the machine\'s name, or start it with --allow-host for the name.' },
   REQUEST_TOO_SLOW: { code: 'DEADLINE_EXCEEDED', isDivergence: false, remedy: 'Send the request at once; check the connection.' },
-  SERVER_DRAINING: { code: 'UNAVAILABLE', isDivergence: false, remedy: 'Connect again later; sessions do not survive a restart, unless they were saved.' },
+  SERVER_DRAINING: { code: 'UNAVAILABLE', isDivergence: false, remedy: 'Connect again later; sessions survive a restart where they are kept (--state-dir).' },
   INTERNAL: { code: 'INTERNAL', isDivergence: false, remedy: 'Report it with what was done.' },
 } as const;
