@@ -27,6 +27,10 @@ pub struct Frame {
     pub plastic_ratios: Option<Scalars>,
     /// Frobenius norms of the Cauchy stress of snow (Pa), 0 for particles of cloth, if asked for.
     pub stress_norms: Option<Scalars>,
+    /// What acts on each particle (N), contacts left out, if asked for; of a pin what it holds.
+    pub forces: Option<Vectors>,
+    /// The same over the mass of each particle (m/s²), if asked for; 0 for pins.
+    pub accelerations: Option<Vectors>,
     /// Nodes of the snow's grid, if asked for and there is snow.
     pub grid: Option<GridFrame>,
     /// Frames that this watcher did not receive since the one before.
@@ -126,7 +130,7 @@ impl Scalars {
     }
 }
 
-/// Nodes of the snow's grid that carry mass, at the time of a frame; the three arrays are of one length.
+/// Nodes of the snow's grid that carry mass, at the time of a frame; the arrays are of one length, but for forces that are not there.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GridFrame {
     /// Distance of nodes (m).
@@ -137,6 +141,8 @@ pub struct GridFrame {
     pub masses: Vec<f32>,
     /// Velocities (m/s).
     pub velocities: Vec<[f32; 3]>,
+    /// Forces of the stress (N), at the state that the frame shows, if they were asked for; none otherwise.
+    pub forces: Vec<[f32; 3]>,
     /// Only nodes whose indices are multiples of this were sent; 1: all.
     pub stride: u32,
     /// Nodes of the selection on the grid, sent or not.

@@ -49,10 +49,12 @@ impl Pieces {
 
 fn size(piece: &v1::Topology) -> usize {
     let arrays = |body: &v1::BodyTopology| {
-        [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32].map(Bytes::len)
+        let lists = [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32].map(Bytes::len);
+        let numbers = [&body.mass_f32, &body.volume_f32].map(Bytes::len);
+        lists.iter().chain(&numbers).sum::<usize>()
     };
     // What a body or a collider takes in memory without its arrays counts as well.
-    let bodies = piece.bodies.iter().map(|body| 256 + body.name.len() + arrays(body).iter().sum::<usize>());
+    let bodies = piece.bodies.iter().map(|body| 256 + body.name.len() + arrays(body));
     let surface = |mesh: &v1::MeshShape| mesh.points_f32.len() + mesh.triangles_u32.len();
     let colliders =
         piece.colliders.iter().map(|collider| 256 + collider.name.len() + mesh(collider).map_or(0, surface));
@@ -80,6 +82,8 @@ fn join(pieces: Vec<v1::Topology>) -> Option<v1::Topology> {
                 springs_u32: concat(parts, |part| &part.springs_u32),
                 pins_u32: concat(parts, |part| &part.pins_u32),
                 uv_f32: concat(parts, |part| &part.uv_f32),
+                mass_f32: concat(parts, |part| &part.mass_f32),
+                volume_f32: concat(parts, |part| &part.volume_f32),
                 ..parts[0].clone()
             },
         });

@@ -1,4 +1,4 @@
-//! Upload of a mesh file as it is: the server reads it, and tells its faults with file and line.
+//! Upload of a file of a mesh or of frames as it is: the server reads it, and tells its faults with file and line.
 //!
 //! Enters: a path, or bytes. Leaves: `UploadMeshRequest` messages.
 
@@ -30,7 +30,7 @@ pub struct MeshFile {
 }
 
 impl MeshFile {
-    /// Reads a file whose format follows from its extension: .obj, .off, .ply, .stl, or a set of the course (its
+    /// Reads a file whose format follows from its extension: .obj, .off, .ply, .stl, frames of a figure as .pc2, or a set of the course (its
     /// points.eti or the folder that holds it).
     ///
     /// # Errors
@@ -44,11 +44,12 @@ impl MeshFile {
             "off" => FileFormat::Off,
             "ply" => FileFormat::Ply,
             "stl" => FileFormat::Stl,
+            "pc2" => FileFormat::Pc2,
             "eti" => return Self::read_set(path.parent().unwrap_or(Path::new(".")), name),
             "gz" => return Err(io::Error::new(io::ErrorKind::InvalidInput, UNPACK)),
             other => {
                 let message = format!(
-                    "has the extension '{other}'; allowed: .obj, .off, .ply, .stl, points.eti or its folder"
+                    "has the extension '{other}'; allowed: .obj, .off, .ply, .stl, .pc2, points.eti or its folder"
                 );
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
             }

@@ -21,11 +21,16 @@ pub enum Field {
     PlasticRatios,
     /// Frobenius norms of the Cauchy stress of snow (Pa); 0 for particles of cloth.
     StressNorms,
+    /// What acts on each particle at the state that the frame shows (N), contacts left out; of a pin what it holds.
+    Forces,
+    /// The same over the mass of each particle (m/s²); 0 for pins.
+    Accelerations,
 }
 
 impl Field {
     /// Every field, in the order of [`Fields`].
-    pub const ALL: [Self; 3] = [Self::Velocities, Self::PlasticRatios, Self::StressNorms];
+    pub const ALL: [Self; 5] =
+        [Self::Velocities, Self::PlasticRatios, Self::StressNorms, Self::Forces, Self::Accelerations];
 
     /// Its name, for messages.
     pub const fn name(self) -> &'static str {
@@ -33,6 +38,8 @@ impl Field {
             Self::Velocities => "velocities",
             Self::PlasticRatios => "plastic ratios",
             Self::StressNorms => "stress norms",
+            Self::Forces => "forces",
+            Self::Accelerations => "accelerations",
         }
     }
 
@@ -42,6 +49,8 @@ impl Field {
             Self::Velocities => "velocity",
             Self::PlasticRatios => "plastic_ratio",
             Self::StressNorms => "stress",
+            Self::Forces => "force",
+            Self::Accelerations => "acceleration",
         }
     }
 
@@ -50,13 +59,17 @@ impl Field {
             Self::Velocities => v1::Field::Velocities,
             Self::PlasticRatios => v1::Field::PlasticRatio,
             Self::StressNorms => v1::Field::StressNorm,
+            Self::Forces => v1::Field::Forces,
+            Self::Accelerations => v1::Field::Accelerations,
         }
     }
 }
 
 /// A name that no array has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no array of a frame is called '{0}': there are velocity, plastic_ratio and stress")]
+#[error(
+    "no array of a frame is called '{0}': there are velocity, plastic_ratio, stress, force and acceleration"
+)]
 pub struct ParseFieldError(String);
 
 impl FromStr for Field {
@@ -127,6 +140,8 @@ pub struct GridOptions {
     /// Most nodes per frame; 0: as many as the server allows. Of more, the server sends every second, third ... node
     /// along each axis.
     pub max_nodes: u32,
+    /// Whether the forces on nodes come with them.
+    pub force: bool,
 }
 
 /// Nodes of the snow's grid. Nodes without mass are never sent.
@@ -155,12 +170,12 @@ pub enum Axis {
 impl GridOptions {
     /// All nodes, as many as the server allows.
     pub const fn all() -> Self {
-        Self { selection: GridSelection::All, max_nodes: 0 }
+        Self { selection: GridSelection::All, max_nodes: 0, force: false }
     }
 
     /// The plane of nodes nearest to `coordinate` (m) along `axis`.
     pub const fn slice(axis: Axis, coordinate: f64) -> Self {
-        Self { selection: GridSelection::Slice { axis, coordinate }, max_nodes: 0 }
+        Self { selection: GridSelection::Slice { axis, coordinate }, max_nodes: 0, force: false }
     }
 
     /// Their part of a request for frames.
@@ -177,7 +192,7 @@ impl GridOptions {
                 Selection::Slice(v1::SliceNodes { axis: axis.into(), coordinate })
             }
         };
-        v1::GridRequest { selection: Some(selection), max_nodes: self.max_nodes }
+        v1::GridRequest { selection: Some(selection), max_nodes: self.max_nodes, force: self.force }
     }
 }
 

@@ -39,6 +39,10 @@ pub struct Body {
     pub uv: Vec<[f32; 2]>,
     /// Red, green and blue of sRGB that the scene gives it; none: a viewer chooses.
     pub color: Option<[u8; 3]>,
+    /// Masses (kg), one per particle of the body; none from an older server.
+    pub masses: Vec<f32>,
+    /// Volumes at rest (m³), one per particle of snow; none of cloth.
+    pub volumes: Vec<f32>,
 }
 
 /// Why a topology is refused.
@@ -90,6 +94,11 @@ pub enum TopologyError {
     /// Texture coordinates that are not one pair per particle.
     #[error("body {body:?} has {count} texture coordinates for {particles} particles")]
     TextureCount { body: String, count: usize, particles: u32 },
+    /// Masses or volumes that are not one per particle, or no finite numbers from 0 on.
+    #[error(
+        "body {body:?} has {count} {what} for {particles} particles, all of which have to be finite and 0 or more"
+    )]
+    Weights { what: &'static str, body: String, count: usize, particles: u32 },
     /// A collider that cannot be drawn.
     #[error("collider {collider:?}: {what}")]
     Collider { collider: String, what: &'static str },
@@ -153,6 +162,8 @@ impl Body {
             });
         }
 
+        let masses = weights(&wire.mass_f32, "masses", &body, wire.particle_count)?;
+        let volumes = weights(&wire.volume_f32, "volumes", &body, wire.particle_count)?;
         let lists = [
             ("triangles", triangles.as_flattened()),
             ("springs", springs.as_flattened()),
@@ -168,8 +179,31 @@ impl Body {
 
         let pins = pins.as_flattened().to_vec();
         let (first_particle, particle_count) = (first, count);
-        Ok(Self { name: body, first_particle, particle_count, triangles, springs, pins, uv, color })
+        let name = body;
+        Ok(Self {
+            name,
+            first_particle,
+            particle_count,
+            triangles,
+            springs,
+            pins,
+            uv,
+            color,
+            masses,
+            volumes,
+        })
     }
+}
+
+/// Numbers of 0 and more, one per particle or none.
+fn weights(bytes: &[u8], what: &'static str, body: &str, particles: u32) -> Result<Vec<f32>, TopologyError> {
+    let numbers: Vec<[f32; 1]> = unpack(bytes, what, body, f32::from_le_bytes)?;
+    let numbers = numbers.as_flattened().to_vec();
+    let is_whole = numbers.is_empty() || numbers.len() == particles as usize;
+    if is_whole && numbers.iter().all(|number| number.is_finite() && *number >= 0.0) {
+        return Ok(numbers);
+    }
+    Err(TopologyError::Weights { what, body: body.to_owned(), count: numbers.len(), particles })
 }
 
 /// Little-endian elements of `N` four-byte values.

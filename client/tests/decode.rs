@@ -183,6 +183,10 @@ fn a_topology_whose_counts_or_indices_do_not_fit_is_refused() {
     assert!(matches!(odd, TopologyError::Bytes { element: 8, bytes: 12, .. }), "{odd}");
     let texture = refuse_topology(|t| t.bodies[0].uv_f32 = packed(&[0, 0]));
     assert!(matches!(texture, TopologyError::TextureCount { count: 1, particles: 4, .. }), "{texture}");
+    let few = refuse_topology(|t| t.bodies[0].mass_f32 = packed(&[0, 0]));
+    assert!(matches!(few, TopologyError::Weights { what: "masses", count: 2, .. }), "{few}");
+    let infinite = refuse_topology(|t| t.bodies[0].volume_f32 = packed(&[f32::INFINITY.to_bits(); 4]));
+    assert!(matches!(infinite, TopologyError::Weights { what: "volumes", count: 4, .. }), "{infinite}");
 }
 
 #[test]

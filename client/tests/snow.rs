@@ -4,7 +4,7 @@
 
 use nappe_client::{
     Collider, DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, GridFrame, Scalars, Shape,
-    TopologyError, components, v1,
+    TopologyError, Vectors, components, v1,
 };
 use proptest::prelude::*;
 use prost::Message as _;
@@ -64,6 +64,7 @@ fn row(range: std::ops::Range<i32>, node_count: u64) -> v1::GridField {
         velocity_f32: bytes_of(range.flat_map(|i| [0.0, i as f32, -1.0]).map(f32::to_le_bytes)),
         stride: 1,
         node_count,
+        force_f32: bytes::Bytes::new(),
     }
 }
 
@@ -74,7 +75,10 @@ fn numbers_that_were_asked_for_come_in_both_precisions_and_in_pieces() {
     let stress = |first, value| field(v1::Field::StressNorm, v1::Encoding::RawF32, first, &[value]);
     let mut decoder = decoder(2, Fields::all());
     let velocities = field(v1::Field::Velocities, v1::Encoding::RawF32, 0, &[0.5; 6]);
-    let first = piece(0, 2, vec![positions(0), ratio(0, 0.1), stress(0, 7.0), velocities], None);
+    let forces = field(v1::Field::Forces, v1::Encoding::RawF64, 0, &[0.1; 6]);
+    let accelerations = field(v1::Field::Accelerations, v1::Encoding::RawF32, 0, &[-9.5; 6]);
+    let whole = vec![velocities, forces, accelerations];
+    let first = piece(0, 2, [vec![positions(0), ratio(0, 0.1), stress(0, 7.0)], whole].concat(), None);
     assert_eq!(decoder.frame(first), Ok(None));
     let last = piece(1, 2, vec![positions(1), ratio(1, 1.3), stress(1, 8.0)], None);
     let frame = decoder.frame(last).expect("in order").expect("complete");
@@ -82,6 +86,8 @@ fn numbers_that_were_asked_for_come_in_both_precisions_and_in_pieces() {
     assert_eq!((&ratios, ratios.get(1), ratios.get(2)), (&Scalars::F64(vec![0.1, 1.3]), Some(1.3), None));
     assert_eq!(frame.stress_norms, Some(Scalars::F32(vec![7.0, 8.0])));
     assert_eq!(frame.velocities.map(|v| v.len()), Some(2));
+    assert_eq!(frame.forces, Some(Vectors::F64(vec![0.1; 6])));
+    assert_eq!(frame.accelerations, Some(Vectors::F32(vec![-9.5; 6])));
     assert_eq!(frame.grid, None);
 }
 
@@ -138,6 +144,8 @@ fn a_grid_that_does_not_hold_together_is_refused() {
         v1::GridField { mass_f32: vec![0; 4].into(), ..row(0..2, 2) },
         v1::GridField { velocity_f32: vec![0; 23].into(), ..row(0..2, 2) },
         v1::GridField { index_i32: vec![0; 25].into(), ..row(0..2, 2) },
+        v1::GridField { force_f32: vec![0; 12].into(), ..row(0..2, 2) },
+        v1::GridField { force_f32: vec![0; 23].into(), ..row(0..2, 2) },
     ] {
         let uneven = refuse(vec![bad]);
         assert!(matches!(uneven, DecodeError::GridBytes { .. }), "{uneven}");

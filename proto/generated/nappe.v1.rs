@@ -26,6 +26,15 @@ pub struct BodyTopology {
     /// Colour that the scene gives it, for viewers: 65536 red + 256 green + blue of sRGB, each 0 to 255. Absent: they choose one.
     #[prost(uint32, optional, tag = "8")]
     pub color: ::core::option::Option<u32>,
+    /// What it is.
+    #[prost(enumeration = "BodyRole", tag = "9")]
+    pub role: i32,
+    /// Masses of its particles (kg) as packed little-endian f32, one each.
+    #[prost(bytes = "bytes", tag = "10")]
+    pub mass_f32: ::prost::bytes::Bytes,
+    /// Volumes of its particles at rest (m³) as packed little-endian f32, one each; only for snow.
+    #[prost(bytes = "bytes", tag = "11")]
+    pub volume_f32: ::prost::bytes::Bytes,
 }
 /// A collider, to be drawn. Frames say where it is while keys or calls move it; in frames without a pose of it, it is where
 /// its velocity has brought it since time 0, and is not turned.
@@ -316,6 +325,9 @@ pub struct GridRequest {
     /// node along each axis is sent: see `stride`.
     #[prost(uint32, tag = "3")]
     pub max_nodes: u32,
+    /// Whether to send the forces on nodes too.
+    #[prost(bool, tag = "4")]
+    pub force: bool,
     #[prost(oneof = "grid_request::Selection", tags = "1, 2")]
     pub selection: ::core::option::Option<grid_request::Selection>,
 }
@@ -365,6 +377,10 @@ pub struct GridField {
     /// Nodes of the selection, sent or not.
     #[prost(uint64, tag = "6")]
     pub node_count: u64,
+    /// Forces of the stress of snow on the nodes (N), at the state that the frame shows: packed little-endian f32 triples, 0 at
+    /// a node that no particle reaches any more. Empty unless they were asked for.
+    #[prost(bytes = "bytes", tag = "7")]
+    pub force_f32: ::prost::bytes::Bytes,
 }
 /// What one step reported.
 #[derive(serde::Serialize)]
@@ -645,6 +661,39 @@ pub struct StageTime {
     #[prost(double, tag = "2")]
     pub seconds: f64,
 }
+/// What a body of the scene is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum BodyRole {
+    /// An object of snow, or a body of a server that does not tell.
+    Unspecified = 0,
+    /// Cloth, which forces move.
+    Cloth = 1,
+    /// A figure: its frames lead it, and cloth meets it. To be drawn as solids are.
+    Figure = 2,
+}
+impl BodyRole {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "BODY_ROLE_UNSPECIFIED",
+            Self::Cloth => "BODY_ROLE_CLOTH",
+            Self::Figure => "BODY_ROLE_FIGURE",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "BODY_ROLE_UNSPECIFIED" => Some(Self::Unspecified),
+            "BODY_ROLE_CLOTH" => Some(Self::Cloth),
+            "BODY_ROLE_FIGURE" => Some(Self::Figure),
+            _ => None,
+        }
+    }
+}
 /// How the fields of a frame are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
 #[repr(i32)]
@@ -692,6 +741,11 @@ pub enum Field {
     PlasticRatio = 3,
     /// Frobenius norm of the Cauchy stress of snow (Pa), one number per particle. 0 for particles of cloth.
     StressNorm = 4,
+    /// What acts on each particle (N) at the state that the frame shows: springs, elements, gravity, drag, air, stress of snow,
+    /// and forces by calls. Contacts are not in it. Of a pin it is what the pin holds.
+    Forces = 5,
+    /// The same over the mass of each particle (m/s²). 0 for pins.
+    Accelerations = 6,
 }
 impl Field {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -705,6 +759,8 @@ impl Field {
             Self::Velocities => "FIELD_VELOCITIES",
             Self::PlasticRatio => "FIELD_PLASTIC_RATIO",
             Self::StressNorm => "FIELD_STRESS_NORM",
+            Self::Forces => "FIELD_FORCES",
+            Self::Accelerations => "FIELD_ACCELERATIONS",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -715,6 +771,8 @@ impl Field {
             "FIELD_VELOCITIES" => Some(Self::Velocities),
             "FIELD_PLASTIC_RATIO" => Some(Self::PlasticRatio),
             "FIELD_STRESS_NORM" => Some(Self::StressNorm),
+            "FIELD_FORCES" => Some(Self::Forces),
+            "FIELD_ACCELERATIONS" => Some(Self::Accelerations),
             _ => None,
         }
     }
@@ -2154,6 +2212,8 @@ pub enum FileFormat {
     Stl = 5,
     /// No mesh: a session that SaveSession gave. CreateSession names it as `checkpoint_id`, by the id that the upload is answered with.
     Checkpoint = 6,
+    /// No mesh: PC2, frames of points, binary. The frames of a figure of a scene name it as `upload`, by the id that the upload is answered with.
+    Pc2 = 7,
 }
 impl FileFormat {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -2169,6 +2229,7 @@ impl FileFormat {
             Self::Eti => "FILE_FORMAT_ETI",
             Self::Stl => "FILE_FORMAT_STL",
             Self::Checkpoint => "FILE_FORMAT_CHECKPOINT",
+            Self::Pc2 => "FILE_FORMAT_PC2",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -2181,6 +2242,7 @@ impl FileFormat {
             "FILE_FORMAT_ETI" => Some(Self::Eti),
             "FILE_FORMAT_STL" => Some(Self::Stl),
             "FILE_FORMAT_CHECKPOINT" => Some(Self::Checkpoint),
+            "FILE_FORMAT_PC2" => Some(Self::Pc2),
             _ => None,
         }
     }

@@ -33,7 +33,7 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
     network.drag = 0.001;
     let law = SpringLaw { stiffness: 1e-5, damping: 0.0 };
     let mesh = TriangleMesh::grid(side, side, 0.05);
-    network.elements = vec![ElementList::new(ElementKind::QuadraticBending, law, &mesh)];
+    network.elements = ElementKind::ALL.map(|kind| ElementList::new(kind, law, &mesh)).to_vec();
     let method = method.with(NewtonSettings { tolerance: 1e-3, max_iterations: 5 }, 5);
     let mut scene = Scene::new(network, 1e-3).by(method).under([0.0, -9.81, 0.0]);
     scene.settings.block_size = block_size;

@@ -3,6 +3,8 @@
 mod springs;
 mod quadratic_bending;
 mod plate;
+mod membrane;
+mod fabrics;
 mod two_particles;
 mod oscillators;
 mod discrete;
@@ -35,6 +37,7 @@ mod external;
 mod air;
 mod air_steps;
 mod forces;
+mod resultants;
 mod hands;
 mod pulls;
 mod bodies;

@@ -6,6 +6,7 @@ mod scenes;
 mod bounces;
 mod animals;
 mod surface_slow;
+mod drape;
 mod rippled;
 mod random_unions;
 mod mannequin;

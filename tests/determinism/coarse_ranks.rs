@@ -106,7 +106,7 @@ fn all_reports_and_words_are_those_of_one() {
 #[test]
 fn what_fails_or_is_rejected_says_the_same_with_two_levels() {
     let (drawn, draw) = drawn_of(1200);
-    says_the_same("the spring from particle 43 to 44", &coarse(drawn), &[draw]);
+    says_the_same("the cloth from particle 43 to 44", &coarse(drawn), &[draw]);
     says_the_same("Passed", &coarse(falling_of(40)), &[]);
     let mut taken_again = spinning(20.0, 1e4).certified();
     taken_again.settings.tolerance = Some(0.05);

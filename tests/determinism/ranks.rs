@@ -234,7 +234,7 @@ fn troubled() -> Vec<(&'static str, Scene, Vec<Change>)> {
         ("StepReport", buckled, Vec::new()),
         ("StepReport", going_on(10.0, 1e4, Minimizer::DEFAULT_ACCURACY), Vec::new()),
         ("Missed", going_on(30.0, 1e6, 1e-15), Vec::new()),
-        ("the spring from particle 43 to 44", drawn, vec![draw]),
+        ("the cloth from particle 43 to 44", drawn, vec![draw]),
     ]
 }
 

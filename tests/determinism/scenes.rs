@@ -3,6 +3,7 @@
 use nappe_sim::{
     cloth::{
         Air, ElementKind, ElementList, Integrator, Minimizer, Network, NewtonSettings, SpringKind, SpringLaw,
+        Threads, Warp,
     },
     collide::{
         Collider, Contact, Shape, StartInside,
@@ -24,7 +25,7 @@ use nappe_tests::{
 pub(crate) const STEPS: u64 = 15;
 
 /// Names of the scenes.
-pub(crate) const NAMES: [&str; 8] = [
+pub(crate) const NAMES: [&str; 9] = [
     "hung_sheet",
     "course_cloth",
     "sheet_on_sphere",
@@ -33,12 +34,13 @@ pub(crate) const NAMES: [&str; 8] = [
     "soft_functions",
     "sheet_in_air",
     "sheet_in_tray",
+    "fabric",
 ];
 
 /// The methods that step a scene: explicit ones solve nothing with a coarse space, and iterates are solved for as a step
 /// from the state is.
 pub(crate) fn methods(name: &str) -> impl Iterator<Item = Method> {
-    let iterates_too = ["hung_sheet", "sheet_on_sphere", "sheet_in_air"].contains(&name);
+    let iterates_too = ["hung_sheet", "sheet_on_sphere", "sheet_in_air", "fabric"].contains(&name);
     let coarse_alone = ["coarse_spaces", "soft_functions"].contains(&name);
     Method::all().into_iter().filter(move |method| {
         let is_plain =
@@ -61,6 +63,7 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
         "course_cloth" => Scene::new(drap(14, DrapSprings::Full, 0.01), 2.5e-3).under(gravity),
         "sheet_on_sphere" => sheet_on_sphere().under(gravity),
         "sheet_in_tray" => sheet_in_tray(),
+        "fabric" => Scene::new(fabric(), 1e-3).under(gravity),
         "carried_chain" => {
             let x: Vec<_> =
                 (0..150).map(|i| [0.02 * f64::from(i), 0.01 * scatter(i as usize), 0.0]).collect();
@@ -110,6 +113,24 @@ fn folded_sheet() -> Network {
         if *x > 0.195 {
             (*x, *y) = (0.39 - *x, 0.004);
         }
+    }
+    network
+}
+
+/// A membrane with a plate and no springs, whose warp runs askew, pulled and sheared at random.
+fn fabric() -> Network {
+    let mut network = sheet(20, 0.05, &sheet_rules(100.0, 0.02), 0.005);
+    network.springs.clear();
+    let mesh = TriangleMesh::grid(20, 20, 0.05);
+    let threads = Threads { warp: Warp::Along([0.8, 0.0, 0.6]), shares: [1.0, 0.6, 0.1] };
+    let stretch = SpringLaw { stiffness: 100.0, damping: 0.02 };
+    let bending = SpringLaw { stiffness: 1e-3, damping: 1e-5 };
+    network.elements = vec![
+        ElementList::membrane(stretch, threads, &mesh).expect("a warp within the plane"),
+        ElementList::new(ElementKind::Plate, bending, &mesh),
+    ];
+    for (i, v) in network.v.iter_mut().enumerate() {
+        *v = [0.3 * scatter(i), 0.3 * scatter(i + 500), 0.3 * scatter(i + 1000)];
     }
     network
 }

@@ -1,6 +1,7 @@
 //! The same bits where cloth meets itself: over threads, widths of vectors and forks, and whatever was looked for before.
 
 use nappe_sim::{
+    cloth::Network,
     math::{Precision, SimdLevel, force_simd_level, simd_level},
     report::StepFailure,
     world::{BodySetup, Simulation, WorldSetup},
@@ -9,15 +10,15 @@ use nappe_tests::{
     numbering::Numbering,
     scene::{advance, try_advance},
     sheets::Sheet,
-    surface::{Case, bodies_on_a_ball, built, on_a_ball, piled},
+    surface::{Case, bodies_on_a_ball, built, on_a_ball, piled, scene, sheet_on_a_plate},
     threads::with_threads,
 };
 
-/// Steps in which sheets fall on a ball and on each other, or lie in a pile.
+/// Steps in which sheets fall on a ball and on each other, lie in a pile, or are lifted.
 const STEPS: u64 = 60;
 
 /// Worlds of several blocks in which surfaces touch, by name.
-fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 4] {
+fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 5] {
     let case = Case { precision, friction: 0.3, numbering: Numbering::AsBuilt };
     let bodies = bodies_on_a_ball(13, [0.03, 0.1], 4e-3, &case);
     let mut one_is_thin = bodies.clone();
@@ -30,6 +31,7 @@ fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 4] {
         ("a pile", piled([3, 10], 2e-3, &case).setup()),
         ("bodies on a ball", bodies),
         ("a thin body between others", one_is_thin),
+        ("a figure in mid-walk", sheet_on_a_plate(&scene(Network::default(), 0.0, 0.3))),
     ];
     worlds.map(|(name, mut world)| {
         world.bodies.iter_mut().for_each(|body| body.settings.block_size = 64);

@@ -294,7 +294,11 @@ impl Names {
         };
         Some(match method {
             "WatchFrames" => {
-                let grid = v1::GridRequest { selection: Some(Selection::All(v1::AllNodes {})), max_nodes: 0 };
+                let grid = v1::GridRequest {
+                    selection: Some(Selection::All(v1::AllNodes {})),
+                    max_nodes: 0,
+                    force: false,
+                };
                 let with_grid =
                     v1::WatchFramesRequest { grid: Some(grid), ..watch(SNOW, v1::Encoding::RawF64) };
                 let [wide, narrow] = [v1::Encoding::RawF64, v1::Encoding::RawF32].map(|e| watch(LARGE, e));
@@ -374,13 +378,9 @@ fn pin_path(count: usize) -> v1::UpdateParametersRequest {
 
 /// A collider's way through so many places.
 fn collider_path(count: usize) -> v1::UpdateParametersRequest {
-    let place = |i: usize| [0.0, -9.0 - 1e-6 * i as f64, 0.0];
-    let path = v1::ColliderPath {
-        name: "ball".into(),
-        times_seconds: times(count),
-        positions: (0..count).flat_map(place).collect(),
-        turns: Vec::new(),
-    };
+    let positions = (0..count).flat_map(|i| [0.0, -9.0 - 1e-6 * i as f64, 0.0]).collect();
+    let (name, times_seconds) = ("ball".into(), times(count));
+    let path = v1::ColliderPath { name, times_seconds, positions, turns: Vec::new() };
     v1::UpdateParametersRequest { collider_paths: vec![path], ..v1::UpdateParametersRequest::default() }
 }
 

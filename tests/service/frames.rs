@@ -34,6 +34,7 @@ pub(crate) struct Nodes {
     pub(crate) index: Vec<[i32; 3]>,
     pub(crate) mass: Vec<f32>,
     pub(crate) velocity: Vec<[f32; 3]>,
+    pub(crate) force: Vec<[f32; 3]>,
     pub(crate) piece_count: u32,
 }
 
@@ -44,8 +45,10 @@ impl Nodes {
         (self.cell, self.stride, self.node_count) = head;
         let index = numbers(&piece.index_i32, i32::from_le_bytes);
         let velocity = numbers(&piece.velocity_f32, f32::from_le_bytes);
+        let force = numbers(&piece.force_f32, f32::from_le_bytes);
         self.index.extend(index.as_chunks().0);
         self.velocity.extend(velocity.as_chunks().0);
+        self.force.extend(force.as_chunks().0);
         self.mass.extend(numbers(&piece.mass_f32, f32::from_le_bytes));
         assert_eq!((self.index.len(), self.velocity.len()), (self.mass.len(), self.mass.len()));
         self.piece_count += 1;

@@ -14,12 +14,12 @@ use crate::{
 };
 
 fn all(max_nodes: u32) -> v1::GridRequest {
-    v1::GridRequest { selection: Some(Selection::All(v1::AllNodes {})), max_nodes }
+    v1::GridRequest { selection: Some(Selection::All(v1::AllNodes {})), max_nodes, force: false }
 }
 
 fn slice(axis: Axis, coordinate: f64, max_nodes: u32) -> v1::GridRequest {
     let slice = v1::SliceNodes { axis: axis.into(), coordinate };
-    v1::GridRequest { selection: Some(Selection::Slice(slice)), max_nodes }
+    v1::GridRequest { selection: Some(Selection::Slice(slice)), max_nodes, force: false }
 }
 
 fn with(grid: v1::GridRequest, request: v1::WatchFramesRequest) -> v1::WatchFramesRequest {
@@ -79,6 +79,33 @@ async fn all_nodes_arrive_as_each_step_left_them() {
         assert!((mass / snow.mass - 1.0).abs() < 1e-5, "{mass} of {}", snow.mass);
         assert!(grid.velocity.iter().flatten().all(|v| v.is_finite()));
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn forces_on_nodes_come_to_those_who_ask_for_them() {
+    let mut server = Server::start().await;
+    let text = snow("steps = 6");
+    let id = server.session(text.clone()).await;
+    let forced = v1::GridRequest { force: true, ..all(0) };
+    let mut watch = server.watch(with(forced, every(&id, 0))).await;
+    let mut plain = server.watch(with(all(0), every(&id, 0))).await;
+    server.play(&id).await;
+    let ((frames, _), (others, _)) = (watch.until_end().await, plain.until_end().await);
+    let mut simulation = simulation(&text, Precision::F32);
+    let mut largest = 0.0;
+    for (frame, other) in frames[1..].iter().zip(&others[1..]) {
+        simulation.step(&mut NoStopwatch).expect("a step");
+        let expected: Vec<[f32; 3]> =
+            simulation.grid_forces().into_iter().map(|force| force.map(|f| f as f32)).collect();
+        let [grid, other] = [frame, other].map(|frame| frame.grid.as_ref().expect("the grid"));
+        assert_eq!(grid.force, expected);
+        assert!(other.force.is_empty(), "nobody asked on this stream");
+        assert_same(grid, other, "all else");
+        largest = expected.iter().flatten().fold(largest, |largest: f32, f| largest.max(f.abs()));
+        let sum: f64 = expected.iter().map(|force| f64::from(force[1])).sum();
+        assert!(sum.abs() <= 1e-4 * f64::from(largest) * expected.len() as f64, "{sum} N in all");
+    }
+    assert!(largest > 1e-3, "it hit the floor: {largest} N");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -239,10 +266,10 @@ async fn invalid_requests_for_a_grid_are_refused_with_the_field() {
 
     let other_axis = |axis| {
         let slice = v1::SliceNodes { axis, coordinate: 0.0 };
-        v1::GridRequest { selection: Some(Selection::Slice(slice)), max_nodes: 0 }
+        v1::GridRequest { selection: Some(Selection::Slice(slice)), max_nodes: 0, force: false }
     };
     for (id, request, field) in [
-        (&snowy, v1::GridRequest { selection: None, max_nodes: 5 }, "grid.selection"),
+        (&snowy, v1::GridRequest { selection: None, max_nodes: 5, force: false }, "grid.selection"),
         (&snowy, other_axis(0), "grid.slice.axis"),
         (&snowy, other_axis(7), "grid.slice.axis"),
         (&snowy, slice(Axis::X, f64::NAN, 0), "grid.slice.coordinate"),

@@ -17,8 +17,9 @@ use crate::{
 /// Every field of snow, in binary64.
 fn all_fields(id: &str) -> v1::WatchFramesRequest {
     let fields = [Field::Positions, Field::Velocities, Field::PlasticRatio, Field::StressNorm];
+    let evaluated = [Field::Forces, Field::Accelerations];
     v1::WatchFramesRequest {
-        fields: fields.map(i32::from).to_vec(),
+        fields: fields.into_iter().chain(evaluated).map(i32::from).collect(),
         encoding: Encoding::RawF64.into(),
         ..every(id, 0)
     }
@@ -44,6 +45,8 @@ async fn every_field_of_snow_arrives_with_the_bits_of_the_simulation() {
                 (Field::Velocities, field::Field::Velocities),
                 (Field::PlasticRatio, field::Field::PlasticRatios),
                 (Field::StressNorm, field::Field::StressNorms),
+                (Field::Forces, field::Field::Forces),
+                (Field::Accelerations, field::Field::Accelerations),
             ];
             for (field, own) in fields {
                 let mut expected = vec![0.0; own.width() * reference.particle_count()];

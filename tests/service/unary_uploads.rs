@@ -266,3 +266,49 @@ async fn texture_coordinates_that_are_not_finite_are_refused() {
         assert!(error.message.contains("texture coordinates of point 1"), "{error:?}");
     }
 }
+
+/// A PC2 file of two frames of four points of a level square, which goes down.
+fn pc2() -> Vec<u8> {
+    let mut bytes = b"POINTCACHE2\0".to_vec();
+    bytes.extend([1_i32, 4].map(i32::to_le_bytes).as_flattened());
+    bytes.extend([0.0_f32, 1.0].map(f32::to_le_bytes).as_flattened());
+    bytes.extend(2_i32.to_le_bytes());
+    for height in [-1.0, -1.5] {
+        let points = TriangleMesh::grid(2, 2, 0.5).points.into_iter().map(|[x, _, z]| [x, height, z]);
+        bytes.extend(points.flatten().flat_map(|c| (c as f32).to_le_bytes()));
+    }
+    bytes
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn uploaded_frames_lead_a_figure_and_those_that_were_cut_are_refused() {
+    let mut server = Server::start().await;
+    let client = Client::connect(&server.app.url()).await.expect("it answers");
+    let frames = |file: Vec<u8>| MeshFile {
+        name: "walk.pc2".into(),
+        format: FileFormat::Pc2,
+        file: file.into(),
+        others: Default::default(),
+        missing_mass: None,
+    };
+    let mut cut = pc2();
+    cut.pop();
+    let refused = client.upload_file(&frames(cut)).await.expect_err("refused");
+    let ClientError::Server(error) = refused else { panic!("{refused}") };
+    assert_eq!(error.reason.as_deref(), Some(Reason::InvalidMesh.name()), "{error:?}");
+    assert!(error.message.contains("walk.pc2") && error.message.contains("was cut"), "{error:?}");
+
+    let frames_id = client.upload_file(&frames(pc2())).await.expect("it is read").mesh_id;
+    let (name, mesh) = ("square".to_owned(), TriangleMesh::grid(2, 2, 0.5));
+    let mesh = MeshUpload { name, points: mesh.points, triangles: mesh.triangles, ..MeshUpload::default() };
+    let mesh_id = client.upload_mesh(&mesh).await.expect("it is kept").mesh_id;
+    let text = |mesh: &str, frames: &str| {
+        format!(
+            "version = 1\ndt = 0.001\n[[body]]\nname = \"b\"\nmesh = {{ grid = [3, 3], spacing = 0.1 }}\n\
+             mass = {{ particle = 0.1 }}\nthickness = 0.01\n[[figure]]\nname = \"f\"\nmesh = {{ upload = \"{mesh}\" }}\n\
+             thickness = 0.01\nframes = {{ upload = \"{frames}\", rate = 25 }}\n"
+        )
+    };
+    let session = server.session(text(&mesh_id, &frames_id)).await;
+    assert_eq!(server.get(&session).await.particle_count, 13);
+}

@@ -11,6 +11,7 @@ mod moving;
 mod dissipation;
 mod errors;
 mod forces;
+mod resultants;
 mod free_fall;
 mod friction;
 mod loads;

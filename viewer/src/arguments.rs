@@ -65,7 +65,8 @@ pub(crate) struct Arguments {
     /// What the recording is called in Rerun [default: the session's title]
     #[arg(long, value_name = "TEXT")]
     name: Option<String>,
-    /// Ask for these arrays as well, velocity, plastic_ratio or stress; the first is shown as colour
+    /// Ask for these arrays as well: velocity, plastic_ratio or stress, the first of which is shown as colour; force or
+    /// acceleration, which are shown as arrows
     #[arg(long, value_name = "ARRAY,...", value_delimiter = ',')]
     fields: Vec<Field>,
     /// What the colour of snow shows: plastic_ratio, speed, stress or body
@@ -146,7 +147,7 @@ impl Arguments {
         watch.grid = self
             .grid
             .map(|grid| GridOptions { max_nodes: self.grid_nodes.unwrap_or(grid.max_nodes), ..grid });
-        options.color_by = self.color.or_else(|| self.fields.first().copied().map(ColorBy::of));
+        options.color_by = self.color.or_else(|| self.fields.iter().copied().find_map(ColorBy::of));
         options.name.clone_from(&self.name);
         options.frame_limit = self.count;
         options
@@ -195,5 +196,11 @@ mod tests {
         assert!(shown.watch.fields.contains(Field::Velocities));
         assert_eq!(shown.watch.grid.map(|grid| grid.max_nodes), Some(9));
         assert_eq!(of(&["--fields", "stress", "--color", "speed"]).color_by, Some(ColorBy::Speed));
+        assert_eq!(of(&["--fields", "force,velocity"]).color_by, Some(ColorBy::Speed));
+        let arrows = of(&["--fields", "force,acceleration"]);
+        assert_eq!(arrows.color_by, None);
+        assert!(
+            arrows.watch.fields.contains(Field::Forces) && arrows.watch.fields.contains(Field::Accelerations)
+        );
     }
 }

@@ -13,7 +13,7 @@ from google.protobuf.any_pb2 import Any as Packed
 from google.rpc import error_details_pb2, status_pb2
 
 import nappe
-from nappe._errors import from_call, from_status, of_failure, refused
+from nappe._wire._errors import from_call, from_status, of_failure, refused
 
 ROWS: list[dict[str, Any]] = json.loads(
     (Path(__file__).parents[3] / "proto/nappe/v1/reasons.json").read_text(encoding="utf-8")

@@ -10,12 +10,12 @@ import pytest
 from test_requests import IDS, PARTICLES, refusal, step, update, vector
 
 from nappe import Air, Diagnostics, Parameters, v1
-from nappe import _requests as requests
-from nappe._contract import ENUMS
-from nappe._diagnostics import diagnostics_array
-from nappe._pending import Pending, read_pending
-from nappe._reading import read, word
-from nappe._values import Accepted, Change
+from nappe._ask import _requests as requests
+from nappe._wire._contract import ENUMS
+from nappe._wire._diagnostics import diagnostics_array
+from nappe._wire._pending import Pending, read_pending
+from nappe._wire._reading import read, word
+from nappe._wire._values import Accepted, Change
 
 ROWS = np.arange(6.0).reshape(2, 3)
 

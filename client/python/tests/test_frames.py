@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import nappe
-from nappe import _frames, v1
-from nappe._frames import FrameJoiner, read_frame
-from nappe._topology import read_topology
+from nappe import v1
+from nappe._wire import _frames
+from nappe._wire._frames import FrameJoiner, read_frame
+from nappe._wire._topology import read_topology
 
 F32, F64 = v1.ENCODING_RAW_F32, v1.ENCODING_RAW_F64
 TWO_POINTS = [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
@@ -120,6 +121,7 @@ def test_arrays_of_both_precisions_come_back_bit_by_bit_however_they_are_cut(dty
     points = np.array([[0.1, -2.5, 1e-30], [3e8, -0.0, math.pi], [1, 2, 3]], dtype)
     ratios, stresses = np.array([1.0, 0.97, 1e-3], dtype), np.array([0.0, 1e7, 0.1], dtype)
     sent = {"POSITIONS": points, "VELOCITIES": -points, "PLASTIC_RATIO": ratios, "STRESS_NORM": stresses}
+    sent |= {"FORCES": 2 * points, "ACCELERATIONS": -3 * points}
     ends = [(0, 3)] if cut is None else [(0, cut), (cut, 3)]
     pieces = [
         piece(
@@ -130,7 +132,7 @@ def test_arrays_of_both_precisions_come_back_bit_by_bit_however_they_are_cut(dty
         for at, (a, b) in enumerate(ends)
     ]
     frame = join(*pieces, particles=3)
-    assert frame.fields == ("positions", "velocities", "plastic_ratio", "stress")
+    assert frame.fields == ("positions", "velocities", "plastic_ratio", "stress", "force", "acceleration")
     for name, array in zip(frame.fields, sent.values(), strict=True):
         got = getattr(frame, name)
         assert (got.dtype, got.shape, got.tobytes()) == (np.dtype(dtype), array.shape, array.tobytes())
@@ -143,7 +145,7 @@ def test_a_packing_that_is_not_told_is_that_of_32_bits() -> None:
 
 def test_an_array_that_was_not_asked_for_is_named_with_what_to_do() -> None:
     frame = join(piece(part(TWO_POINTS)))
-    for name in ("velocities", "plastic_ratio", "stress"):
+    for name in ("velocities", "plastic_ratio", "stress", "force", "acceleration"):
         with pytest.raises(nappe.Error, match=rf"no {name}.*fields=\('{name}'"):
             getattr(frame, name)
 
@@ -361,6 +363,17 @@ def test_arrays_of_a_grid_that_fit_only_over_all_pieces_are_refused() -> None:
     one, two = grid(2, node_count=3), grid(1, 2, node_count=3)
     one.mass_f32, two.mass_f32 = one.mass_f32[:4], two.mass_f32 + one.mass_f32[:4]
     assert "different lengths" in refusal(*with_grid(one, two))
+
+
+def test_forces_on_nodes_come_for_all_of_them_or_for_none() -> None:
+    forces = np.arange(6, dtype="<f4")
+    forced = join(*with_grid(grid(force_f32=forces.tobytes()))).grid
+    assert forced is not None and forced.forces.tolist() == [[0, 1, 2], [3, 4, 5]]
+    plain = join(*with_grid(grid())).grid
+    assert plain is not None and plain.forces.shape == (0, 3)
+    assert "12 bytes of forces" in refusal(*with_grid(grid(force_f32=forces[:3].tobytes())))
+    forces[4] = math.nan
+    assert "a force of its grid is not finite" in refusal(*with_grid(grid(force_f32=forces.tobytes())))
 
 
 def test_a_grid_of_more_nodes_than_are_held_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

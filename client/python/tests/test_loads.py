@@ -11,8 +11,8 @@ from test_saving import trajectory
 
 import nappe
 from nappe import ColliderLoad, Diagnostics, v1
-from nappe._diagnostics import diagnostics_array, diagnostics_table
-from nappe._reading import read
+from nappe._wire._diagnostics import diagnostics_array, diagnostics_table
+from nappe._wire._reading import read
 
 # A sheet of 36 particles of 0.01 kg that lies on a floor.
 SCENE = """

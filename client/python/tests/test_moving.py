@@ -11,8 +11,8 @@ from test_requests import refusal, step, update, vector
 
 import nappe
 from nappe import ColliderPose, Parameters, v1
-from nappe._pending import read_pending
-from nappe._reading import read
+from nappe._wire._pending import read_pending
+from nappe._wire._reading import read
 
 TURN = (0.0, 0.6, 0.0, 0.8)
 

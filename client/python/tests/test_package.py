@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import nappe
-from nappe._errors import REASONS
+from nappe._wire._errors import REASONS
 
 PACKAGE = Path(__file__).parents[1]
 ROOT = PACKAGE.parents[1]

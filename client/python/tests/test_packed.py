@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nappe._errors import Error, Refused
-from nappe._packed import OutOfReachError, pack, quantize, restore, step_within, unpack
+from nappe._wire._errors import Error, Refused
+from nappe._wire._packed import OutOfReachError, pack, quantize, restore, step_within, unpack
 
 GOLDEN = sorted((Path(__file__).parents[3] / "proto/tests/packed").glob("*.json"))
 

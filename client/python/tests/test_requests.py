@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import nappe
-from nappe import _requests as requests
 from nappe import v1
+from nappe._ask import _requests as requests
 
 IDS = ("flag", "u-1")
 PARTICLES = 10
@@ -296,12 +296,13 @@ def test_a_path_that_cannot_be_gone_is_named(given: Any, field: str, told: str) 
 
 
 def test_fields_are_names_each_of_them_once() -> None:
-    all_four = ["positions", "velocities", "plastic_ratio", "stress"]
+    every = ["positions", "velocities", "plastic_ratio", "stress", "force", "acceleration"]
     wire = [v1.FIELD_POSITIONS, v1.FIELD_VELOCITIES, v1.FIELD_PLASTIC_RATIO, v1.FIELD_STRESS_NORM]
-    assert requests.field_numbers(all_four) == wire and requests.field_numbers(all_four[::-1]) == wire[::-1]
+    wire += [v1.FIELD_FORCES, v1.FIELD_ACCELERATIONS]
+    assert requests.field_numbers(every) == wire and requests.field_numbers(every[::-1]) == wire[::-1]
     assert requests.field_numbers(("stress", "positions", "stress")) == [wire[3], wire[0]]
     assert requests.field_numbers("stress") == [wire[3]]
-    there = "there are: positions, velocities, plastic_ratio, stress"
+    there = "there are: positions, velocities, plastic_ratio, stress, force, acceleration"
     for fields, name in ((("positions", "mass"), "mass"), ("mass", "mass"), (("Positions",), "Positions")):
         told = f"no array is called {name!r}; {there}"
         assert refusal(lambda fields=fields: requests.field_numbers(fields), "fields") == told

@@ -7,8 +7,8 @@ import pytest
 
 import nappe
 from nappe import Diagnostics, RestReport, v1
-from nappe._diagnostics import diagnostics_table
-from nappe._reading import read
+from nappe._wire._diagnostics import diagnostics_table
+from nappe._wire._reading import read
 
 # Two sheets of 9 particles, without gravity and at rest; one of them goes by.
 SCENE = """

@@ -11,7 +11,7 @@ import pytest
 
 import nappe
 from nappe import v1
-from nappe._resume import ChangeReader, DiagnosticsReader, FrameReader, Patience
+from nappe._ask._resume import ChangeReader, DiagnosticsReader, FrameReader, Patience
 
 BROKE = nappe.Unavailable("the line is cut", code="UNAVAILABLE")
 LATE = nappe.Error("too late", code="DEADLINE_EXCEEDED")

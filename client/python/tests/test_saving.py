@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nappe._colliders import Collider
-from nappe._diagnostics import diagnostics_array
-from nappe._errors import Error, Refused
-from nappe._packed import restore, unpack
-from nappe._reports import (
+from nappe._save._trajectory import Trajectory
+from nappe._wire._colliders import Collider
+from nappe._wire._diagnostics import diagnostics_array
+from nappe._wire._errors import Error, Refused
+from nappe._wire._packed import restore, unpack
+from nappe._wire._reports import (
     ClothSteps,
     Diagnostics,
     Notices,
@@ -27,9 +28,8 @@ from nappe._reports import (
     SolveReport,
     SurfaceReport,
 )
-from nappe._topology import Body, Topology
-from nappe._trajectory import Trajectory
-from nappe._values import Failure, SessionEnd, SessionInfo
+from nappe._wire._topology import Body, Topology
+from nappe._wire._values import Failure, SessionEnd, SessionInfo
 
 FRAMES, SHEET, SNOW = 40, 12, 8
 ELEMENT = re.compile(r'<script type="application/json" class="nappe-(head|block|end)">(.*?)</script>\n', re.DOTALL)
@@ -286,17 +286,22 @@ def test_a_folder_holds_the_bytes_that_the_command_writes(tmp_path: Path) -> Non
     whole = trajectory(
         np.float32, "positions", "stress", "velocities", number=np.arange(0, 2 * FRAMES, 2, dtype=np.uint64)
     )
+    whole = replace(whole, arrays={**whole.arrays, "acceleration": -whole.velocities, "force": 2 * whole.velocities})
     folder = whole.save(tmp_path / "run")
     names = sorted(path.name for path in folder.iterdir())
     assert (len(names), names[0], names[-1]) == (FRAMES, "frame-000000.ply", "frame-000078.ply")
     header = (
         "ply\nformat binary_little_endian 1.0\ncomment step 30\ncomment time_seconds 0.03\nelement vertex 20\n"
         "property float x\nproperty float y\nproperty float z\nproperty float vx\nproperty float vy\n"
-        "property float vz\nproperty float stress_norm\nelement face 6\n"
+        "property float vz\nproperty float stress_norm\nproperty float fx\nproperty float fy\nproperty float fz\n"
+        "property float ax\nproperty float ay\nproperty float az\nelement face 6\n"
         "property list uchar uint vertex_indices\nend_header\n"
     )
-    rows = zip(whole.positions[3], whole.velocities[3], whole.stress[3], strict=True)
-    particles = b"".join(struct.pack("<7f", *position, *velocity, stress) for position, velocity, stress in rows)
+    rows = zip(whole.positions[3], whole.velocities[3], whole.stress[3], whole.force[3], strict=True)
+    particles = b"".join(
+        struct.pack("<13f", *position, *velocity, stress, *force, *-velocity)
+        for position, velocity, stress, force in rows
+    )
     faces = b"".join(struct.pack("<B3I", 3, *corners) for corners in whole.topology.triangles)
     assert (folder / "frame-000006.ply").read_bytes() == header.encode() + particles + faces
 

@@ -18,7 +18,7 @@ import pytest
 from conftest import eventually
 
 import nappe
-from nappe import _launch, _targets
+from nappe._server import _launch, _targets
 
 
 def program_that(folder: Path, does: str) -> str:

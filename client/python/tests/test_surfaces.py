@@ -7,8 +7,8 @@ import pytest
 
 import nappe
 from nappe import Diagnostics, SurfaceReport, v1
-from nappe._diagnostics import diagnostics_array, diagnostics_table
-from nappe._reading import read
+from nappe._wire._diagnostics import diagnostics_array, diagnostics_table
+from nappe._wire._reading import read
 
 # A sheet of 36 particles that falls flat.
 SCENE = """

@@ -11,7 +11,7 @@ import pytest
 
 import nappe
 import nappe.aio
-from nappe._diagnostics import diagnostics_table
+from nappe._wire._diagnostics import diagnostics_table
 
 VECTORS = {"momentum_x", "momentum_y", "momentum_z"}
 STEPS = 24

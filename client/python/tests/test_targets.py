@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 import nappe
-from nappe._launch import flags
-from nappe._targets import DEFAULT_SERVER, Target, read
+from nappe._server._launch import flags
+from nappe._server._targets import DEFAULT_SERVER, Target, read
 
 TOKEN = "0123456789abcdef0123456789abcdef"
 OTHER = "fedcba9876543210fedcba9876543210"

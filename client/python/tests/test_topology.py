@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import nappe
-from nappe import _topology, v1
-from nappe._topology import TopologyJoiner
+from nappe import v1
+from nappe._wire import _topology
+from nappe._wire._topology import TopologyJoiner
 
-ARRAYS = ("triangles_u32", "springs_u32", "pins_u32", "uv_f32")
+ARRAYS = ("triangles_u32", "springs_u32", "pins_u32", "uv_f32", "mass_f32", "volume_f32")
 
 
 def packed(*numbers: float, dtype: str = "<u4") -> bytes:
@@ -59,7 +60,7 @@ def refusal(*pieces: Any) -> str:
 
 def arrays_of(topology: nappe.Topology) -> list[tuple[Any, ...]]:
     """Everything of the bodies, to be compared."""
-    arrays = ("triangles", "springs", "pins", "uv")
+    arrays = ("triangles", "springs", "pins", "uv", "masses", "volumes")
     return [
         (body.name, body.first_particle, body.particle_count, *(getattr(body, name).tolist() for name in arrays))
         for body in topology.bodies
@@ -67,10 +68,12 @@ def arrays_of(topology: nappe.Topology) -> list[tuple[Any, ...]]:
 
 
 def full_bodies() -> list[Any]:
-    """Cloth with everything, a chain of springs, snow with nothing."""
+    """Cloth with everything, a chain of springs, snow with masses and volumes."""
     uv = packed(0, 0, 1, 0, 0, 0.5, 1, 0.5, dtype="<f4")
     cloth = body("flag", 0, 4, triangles_u32=packed(0, 1, 2, 1, 3, 2), pins_u32=packed(0, 3), uv_f32=uv)
-    return [cloth, body("chain", 4, 3, springs_u32=packed(4, 5, 5, 6), pins_u32=packed(4)), body("snow", 7, 2)]
+    weights = {"mass_f32": packed(0.5, 0.25, dtype="<f4"), "volume_f32": packed(1.0, 2.0, dtype="<f4")}
+    chain = body("chain", 4, 3, springs_u32=packed(4, 5, 5, 6), pins_u32=packed(4))
+    return [cloth, chain, body("snow", 7, 2, **weights)]
 
 
 def full() -> Any:
@@ -85,6 +88,7 @@ def test_a_topology_in_one_piece_has_every_body_with_its_arrays() -> None:
     assert cloth.uv.tolist() == [[0, 0], [1, 0], [0, 0.5], [1, 0.5]] and cloth.springs.shape == (0, 2)
     assert (chain.name, chain.springs.tolist(), chain.pins.tolist()) == ("chain", [[4, 5], [5, 6]], [4])
     assert (snow.particles, snow.triangles.shape, snow.pins.shape, snow.uv.shape) == (slice(7, 9), (0, 3), (0,), (0, 2))
+    assert (snow.masses.tolist(), snow.volumes.tolist(), cloth.masses.shape) == ([0.5, 0.25], [1.0, 2.0], (0,))
     assert (cloth.triangles.dtype, cloth.uv.dtype) == (np.dtype("<u4"), np.dtype("<f4"))
     for array in (cloth.triangles, chain.springs, cloth.pins, cloth.uv):
         assert not array.flags.writeable
@@ -110,7 +114,7 @@ def test_a_topology_without_bodies_has_empty_arrays() -> None:
 def test_the_particles_and_triangles_of_a_body_in_a_frame_count_from_its_first() -> None:
     topology = joined(whole(body("a", 0, 1), body("b", 1, 3, triangles_u32=packed(1, 2, 3)), particles=4))
     positions = v1.FieldData(field=1, encoding=1, data=np.arange(12, dtype="<f4").tobytes())
-    frame = nappe._frames.read_frame([v1.Frame(fields=[positions], topology_id=7)], 4, topology)
+    frame = nappe._wire._frames.read_frame([v1.Frame(fields=[positions], topology_id=7)], 4, topology)
     triangles = frame.body("b").triangles
     assert triangles.tolist() == [[0, 1, 2]] and frame.body("b").positions[triangles].shape == (1, 3, 3)
     assert frame.triangles.tolist() == [[1, 2, 3]] and frame.pins.tolist() == [] and np.isnan(frame.uv).all()
@@ -131,7 +135,7 @@ def cut(size: int) -> list[Any]:
 @pytest.mark.parametrize("size", [1, 4, 7, 16, 1000])
 def test_bodies_that_continue_over_pieces_are_those_of_the_whole(size: int) -> None:
     pieces = cut(size)
-    assert len(pieces) == sum(-(-longest // size) for longest in (32, 16, 1))
+    assert len(pieces) == sum(-(-longest // size) for longest in (32, 16, 8))
     topology, expected = joined(*pieces), joined(full())
     assert arrays_of(topology) == arrays_of(expected)
     assert topology.packed == expected.packed and v1.Topology.FromString(topology.packed) == full()
@@ -216,6 +220,11 @@ def test_pieces_out_of_order_or_of_different_topologies_are_refused() -> None:
         (lambda t: setattr(t.bodies[0], "uv_f32", b"\0" * 33), "uv_f32 of body 'flag' take 33 bytes, no multiple of 8"),
         (lambda t: setattr(t.bodies[0], "uv_f32", b"\0" * 24), "body 'flag' has 3 texture coordinates for 4 particles"),
         (lambda t: setattr(t.bodies[0], "uv_f32", b"\0" * 40), "body 'flag' has 5 texture coordinates for 4 particles"),
+        (lambda t: setattr(t.bodies[0], "mass_f32", b"\0" * 8), "mass_f32 of body 'flag' has 2 numbers for 4 particles"),
+        (
+            lambda t: setattr(t.bodies[2], "volume_f32", packed(1.0, math.nan, dtype="<f4")),
+            "volume_f32 of body 'snow' has 2 numbers for 2 particles, all of which have to be finite",
+        ),
     ],
 )
 def test_a_topology_whose_counts_or_indices_do_not_fit_is_refused(change: Callable[[Any], None], told: str) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 import nappe
 from nappe import v1
-from nappe._uploads import Mesh, from_arrays, from_file, read_scene
+from nappe._ask._uploads import Mesh, from_arrays, from_file, read_scene
 
 MEBIBYTE = 1 << 20
 POINTS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
@@ -262,7 +262,7 @@ def test_uploads_stand_in_place_of_files_and_lines_stay_where_they_are(tmp_path:
     ]
 
 
-def written(tmp_path: Path, text: str) -> nappe._uploads.Scene:
+def written(tmp_path: Path, text: str) -> nappe._ask._uploads.Scene:
     (tmp_path / "scene.toml").write_bytes(text.encode())
     return read_scene(tmp_path / "scene.toml")
 

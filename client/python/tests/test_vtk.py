@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -11,12 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 from test_saving import FRAMES, HASH, SHEET, SNOW, tetrahedron, trajectory
+from test_topology import SHAPES
 
-from nappe._colliders import Collider
-from nappe._errors import Error
-from nappe._reports import ColliderLoad
-from nappe._solids import scene_around, surface
-from nappe._trajectory import Trajectory
+from nappe import v1
+from nappe._save._solids import reference, scene_around, surface
+from nappe._save._trajectory import Trajectory
+from nappe._wire._colliders import Collider
+from nappe._wire._errors import Error
+from nappe._wire._reports import ColliderLoad
 
 MARK = b'<AppendedData encoding="raw">\n_'
 TYPES = {"Float32": "<f4", "Float64": "<f8", "Int32": "<i4"}
@@ -82,10 +85,13 @@ def felt() -> Trajectory:
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_every_array_has_the_bits_of_the_trajectory(tmp_path: Path, dtype: type[Any]) -> None:
     whole = trajectory(dtype)
+    more = {"force": 3 * whole.velocities, "acceleration": -whole.velocities}
+    whole = replace(whole, arrays={**whole.arrays, **more})
     path = whole.save(tmp_path / "run.pvd")
     frames = listed(path, "particles")
     assert [time for time, _ in frames] == whole.time.tolist()
     names = {"velocities": "velocity", "plastic_ratio": "plastic_ratio", "stress": "stress_norm"}
+    names |= {name: name for name in more}
     for index, (_, file) in enumerate(frames):
         assert file == f"run/frame-{index:06}.vtp"
         vtp = Vtp(tmp_path / file)
@@ -163,6 +169,17 @@ def test_solids_have_the_volumes_of_their_shapes_and_are_turned_outwards() -> No
     assert (np.cross(b - a, c - a) * free).sum(axis=1).min() > 0
 
 
+def test_every_shape_of_the_contract_has_a_surface_and_a_reference_point() -> None:
+    shapes: dict[str, dict[str, Any]] = {kind: numbers for kind, (_, numbers) in SHAPES.items()}
+    shapes["mesh"] = {**tetrahedron("mesh", 0.5).shape, "origin": (1.0, 2.0, 3.0)}
+    assert shapes.keys() == {field.name for field in v1.ColliderShape.DESCRIPTOR.oneofs_by_name["shape"].fields}
+    for kind, shape in shapes.items():
+        collider = Collider("it", kind, (0.0, 0.0, 0.0), shape)
+        points, triangles = surface(collider, scene_around(np.zeros((0, 3))))
+        assert np.isfinite(points).all() and len(triangles) > 0 and triangles.max() < len(points), kind
+        assert reference(collider).any(), kind
+
+
 def test_a_folder_with_frames_is_refused_and_an_index_is_replaced(tmp_path: Path) -> None:
     trajectory().save(tmp_path / "run.pvd")
     before = (tmp_path / "run.pvd").read_bytes()
@@ -202,3 +219,58 @@ def test_vtk_reads_the_numbers_that_were_written(tmp_path: Path) -> None:
                 assert np.array_equal(vtk_to_numpy(data.GetCellData().GetArray("body")), own.array("CellData", "body"))
                 names = data.GetFieldData().GetAbstractArray("body_names")
                 assert [names.GetValue(at) for at in range(names.GetNumberOfValues())] == ["sheet", "snow"]
+
+
+def test_a_vtkhdf_file_needs_h5py_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(Error, match=r"run.vtkhdf: the package h5py writes .vtkhdf files.*pip install h5py"):
+        trajectory().save(tmp_path / "run.vtkhdf")
+    with pytest.raises(Error, match=r"run.vtk ends in '.vtk'; allowed: .*\.pvd or \.vtkhdf"):
+        trajectory().save(tmp_path / "run.vtk")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_vtkhdf_file_has_the_bits_of_the_trajectory(tmp_path: Path, dtype: type[Any]) -> None:
+    h5py = pytest.importorskip("h5py", reason="h5py is not installed, which this test needs alone")
+    whole = trajectory(dtype)
+    (tmp_path / "run.vtkhdf").write_bytes(b"old")
+    path = whole.save(tmp_path / "run.vtkhdf")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.vtkhdf"]
+    particles = SHEET + SNOW
+    with h5py.File(path, "r") as file:
+        root = file["VTKHDF"]
+        assert (root.attrs["Type"], list(root.attrs["Version"])) == (b"PolyData", [2, 0])
+        assert root["Points"].dtype == whole.positions.dtype
+        assert np.array_equal(root["Points"][:], whole.positions.reshape(-1, 3))
+        assert np.array_equal(root["PointData/velocity"][:], whole.velocities.reshape(-1, 3))
+        assert np.array_equal(root["PointData/stress_norm"][:], whole.arrays["stress"].reshape(-1))
+        assert root["Steps/Values"][:].tolist() == whole.time.tolist()
+        assert root["Steps/PointOffsets"][:].tolist() == [particles * number for number in range(FRAMES)]
+        assert root["Polygons/Connectivity"][:].tolist() == whole.topology.triangles.reshape(-1).tolist()
+        assert root["Vertices/Offsets"][:].tolist() == list(range(SNOW + 1))
+        assert (root["Lines/Offsets"][:].tolist(), root["Strips/Connectivity"].shape) == ([0], (0,))
+        assert root["CellData/body"][:].tolist() == [1] * SNOW + [0] * 6
+
+
+def test_vtk_reads_a_vtkhdf_file_frame_by_frame(tmp_path: Path) -> None:
+    pytest.importorskip("h5py", reason="h5py is not installed, which this test needs, with VTK")
+    pytest.importorskip("vtkmodules", reason="VTK is not installed, which this test needs, with h5py")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    whole = trajectory(np.float64)
+    reader = vtkHDFReader()
+    reader.SetFileName(str(whole.save(tmp_path / "run.vtkhdf")))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == FRAMES
+    for index in (0, 1, FRAMES - 1):
+        reader.SetStep(index)
+        reader.Update()
+        data = reader.GetOutput()
+        assert np.array_equal(vtk_to_numpy(data.GetPoints().GetData()), whole.positions[index])
+        assert np.array_equal(vtk_to_numpy(data.GetPointData().GetArray("velocity")), whole.velocities[index])
+        assert (data.GetNumberOfVerts(), data.GetNumberOfPolys()) == (SNOW, 6)
+        corners = vtk_to_numpy(data.GetPolys().GetConnectivityArray())
+        assert np.array_equal(corners.reshape(-1, 3), whole.topology.triangles)
+        assert vtk_to_numpy(data.GetCellData().GetArray("body")).tolist() == [1] * SNOW + [0] * 6

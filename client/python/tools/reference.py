@@ -111,7 +111,8 @@ class Package:
 
     def __init__(self) -> None:
         """Parses every module."""
-        self.modules = {path.stem: _parsed(path) for path in sorted(PACKAGE.glob("*.py"))}
+        paths = [*PACKAGE.glob("*.py"), *PACKAGE.glob("_*/_[a-z]*.py")]
+        self.modules = {path.stem: _parsed(path) for path in sorted(paths)}
         exports = [item for item in self.modules["__init__"].tree.body if isinstance(item, ast.ImportFrom)]
         self.home = {name.name: (item.module or "").rpartition(".")[2] for item in exports for name in item.names}
         self.exported: list[str] = ast.literal_eval(self.modules["__init__"].values["__all__"])
@@ -161,6 +162,11 @@ class _Shortened(ast.NodeTransformer):
         return ast.Name(node.attr) if is_ours else node
 
 
+def _is_folder(module: str) -> bool:
+    """Whether a module is the package, or a folder in it."""
+    return module.startswith("nappe") and (PACKAGE.parent / module.replace(".", "/")).is_dir()
+
+
 def _parsed(path: Path) -> Module:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     definitions: dict[str, ast.stmt] = {}
@@ -171,7 +177,7 @@ def _parsed(path: Path) -> Module:
             definitions[item.name] = item
         elif isinstance(item, ast.Assign) and isinstance(item.targets[0], ast.Name):
             values[item.targets[0].id] = item.value
-        elif isinstance(item, ast.ImportFrom) and item.module == "nappe":
+        elif isinstance(item, ast.ImportFrom) and _is_folder(item.module or ""):
             aliases |= {alias.asname or alias.name for alias in item.names}
     return Module(tree, definitions, values, aliases)
 

@@ -64,9 +64,9 @@ pub enum DecodeError {
     NotFinite { frame: u64, field: &'static str, particle: usize, value: f64 },
     /// Nodes of a grid whose arrays do not fit each other, in bytes or in number.
     #[error(
-        "frame {frame}: nodes of the grid take {index_bytes} bytes of indices, {mass_bytes} of masses and {velocity_bytes} of velocities (12, 4 and 12 per node)"
+        "frame {frame}: nodes of the grid take {index_bytes} bytes of indices, {mass_bytes} of masses, {velocity_bytes} of velocities and {force_bytes} of forces (12, 4, 12 and none or 12 per node)"
     )]
-    GridBytes { frame: u64, index_bytes: usize, mass_bytes: usize, velocity_bytes: usize },
+    GridBytes { frame: u64, index_bytes: usize, mass_bytes: usize, velocity_bytes: usize, force_bytes: usize },
     /// More nodes than the client agrees to hold, or than the grid is said to have.
     #[error("frame {frame}: {received} nodes of the grid came, at most {allowed} are taken")]
     GridTooLarge {

@@ -28,13 +28,19 @@ pub(super) fn append(
     let (indices, index_rest) = piece.index_i32.as_chunks::<12>();
     let (masses, mass_rest) = piece.mass_f32.as_chunks::<4>();
     let (velocities, velocity_rest) = piece.velocity_f32.as_chunks::<12>();
-    let is_whole = index_rest.is_empty() && mass_rest.is_empty() && velocity_rest.is_empty();
-    if !is_whole || indices.len() != masses.len() || indices.len() != velocities.len() {
+    let (forces, force_rest) = piece.force_f32.as_chunks::<12>();
+    let rests = [index_rest.len(), mass_rest.len(), velocity_rest.len(), force_rest.len()];
+    let are_like_indices = indices.len() == masses.len() && indices.len() == velocities.len();
+    // Of a frame all nodes come with a force, or none does.
+    let with_forces = grid.forces.len() + forces.len();
+    let is_forced = with_forces == 0 || with_forces == grid.indices.len() + indices.len();
+    if rests != [0; 4] || !are_like_indices || !is_forced {
         return Err(DecodeError::GridBytes {
             frame,
             index_bytes: piece.index_i32.len(),
             mass_bytes: piece.mass_f32.len(),
             velocity_bytes: piece.velocity_f32.len(),
+            force_bytes: piece.force_f32.len(),
         });
     }
 
@@ -48,6 +54,7 @@ pub(super) fn append(
     grid.indices.extend(indices.iter().map(|bytes| three(bytes, i32::from_le_bytes)));
     grid.masses.extend(masses.iter().map(|&bytes| f32::from_le_bytes(bytes)));
     grid.velocities.extend(velocities.iter().map(|bytes| three(bytes, f32::from_le_bytes)));
+    grid.forces.extend(forces.iter().map(|bytes| three(bytes, f32::from_le_bytes)));
     check_values(grid, first, frame)
 }
 
@@ -61,7 +68,7 @@ pub(super) fn finish(grid: Option<GridFrame>, frame: u64) -> Result<Option<GridF
     Ok(grid)
 }
 
-/// Masses are finite and not negative, velocities finite, from node `first` on.
+/// Masses are finite and not negative, velocities and forces finite, from node `first` on.
 fn check_values(grid: &GridFrame, first: usize, frame: u64) -> Result<(), DecodeError> {
     for (node, (&mass, velocity)) in grid.masses.iter().zip(&grid.velocities).enumerate().skip(first) {
         if !(mass.is_finite() && mass >= 0.0) {
@@ -69,6 +76,11 @@ fn check_values(grid: &GridFrame, first: usize, frame: u64) -> Result<(), Decode
         }
         if let Some(&value) = velocity.iter().find(|value| !value.is_finite()) {
             return Err(DecodeError::GridValue { frame, field: "velocity", node, value: value.into() });
+        }
+    }
+    for (node, force) in grid.forces.iter().enumerate().skip(first) {
+        if let Some(&value) = force.iter().find(|value| !value.is_finite()) {
+            return Err(DecodeError::GridValue { frame, field: "force", node, value: value.into() });
         }
     }
     Ok(())

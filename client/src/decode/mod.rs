@@ -159,6 +159,8 @@ struct Partial {
     velocities: Option<Joining>,
     plastic_ratios: Option<Joining>,
     stress_norms: Option<Joining>,
+    forces: Option<Joining>,
+    accelerations: Option<Joining>,
     grid: Option<GridFrame>,
 }
 
@@ -181,6 +183,8 @@ impl Partial {
             velocities: None,
             plastic_ratios: None,
             stress_norms: None,
+            forces: None,
+            accelerations: None,
             grid: None,
             dropped_count: wire.dropped_count,
             diagnostics: wire.diagnostics.clone(),
@@ -199,6 +203,8 @@ impl Partial {
             velocities: wanted(Field::Velocities, Joining::vectors),
             plastic_ratios: wanted(Field::PlasticRatios, Joining::scalars),
             stress_norms: wanted(Field::StressNorms, Joining::scalars),
+            forces: wanted(Field::Forces, Joining::vectors),
+            accelerations: wanted(Field::Accelerations, Joining::vectors),
             grid: None,
         })
     }
@@ -211,17 +217,22 @@ impl Partial {
             v1::Field::Velocities => self.velocities.as_mut(),
             v1::Field::PlasticRatio => self.plastic_ratios.as_mut(),
             v1::Field::StressNorm => self.stress_norms.as_mut(),
+            v1::Field::Forces => self.forces.as_mut(),
+            v1::Field::Accelerations => self.accelerations.as_mut(),
         }
     }
 
     fn finish(self) -> Result<Frame, DecodeError> {
         let extent = self.extent;
         let scalars = |array: Option<Joining>| array.map(|array| array.into_scalars(extent)).transpose();
+        let vectors = |array: Option<Joining>| array.map(|array| array.into_vectors(extent)).transpose();
         Ok(Frame {
             positions: self.positions.into_vectors(extent)?,
-            velocities: self.velocities.map(|array| array.into_vectors(extent)).transpose()?,
+            velocities: vectors(self.velocities)?,
             plastic_ratios: scalars(self.plastic_ratios)?,
             stress_norms: scalars(self.stress_norms)?,
+            forces: vectors(self.forces)?,
+            accelerations: vectors(self.accelerations)?,
             grid: grid::finish(self.grid, extent.frame)?,
             ..self.frame
         })

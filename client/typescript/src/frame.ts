@@ -12,7 +12,7 @@ import { place, type Topology } from './topology.ts';
 import { writable } from './written.ts';
 
 /** Arrays in each frame besides positions. */
-export type FieldName = 'velocities' | 'plastic_ratio' | 'stress';
+export type FieldName = 'velocities' | 'plastic_ratio' | 'stress' | 'force' | 'acceleration';
 
 /** The number of each array on the wire, and its numbers per particle. */
 const FIELDS: Record<FieldName | 'positions', { field: Field; width: number }> = {
@@ -20,6 +20,8 @@ const FIELDS: Record<FieldName | 'positions', { field: Field; width: number }> =
   velocities: { field: Field.VELOCITIES, width: 3 },
   plastic_ratio: { field: Field.PLASTIC_RATIO, width: 1 },
   stress: { field: Field.STRESS_NORM, width: 1 },
+  force: { field: Field.FORCES, width: 3 },
+  acceleration: { field: Field.ACCELERATIONS, width: 3 },
 };
 
 /** The particles at one instant. */
@@ -48,7 +50,7 @@ export interface LiveFrame {
   readonly carried: Carried | null;
   /** x y z of each particle (m). */
   readonly positions: Numbers;
-  /** The arrays that were asked for: velocities have three numbers per particle (m/s), the others one. */
+  /** The arrays that were asked for: velocities (m/s), force (N) and acceleration (m/s²) have three numbers per particle, the others one. */
   readonly fields: Partial<Record<FieldName, Numbers>>;
   /** Bytes of the stream that brought it. */
   readonly bytes: number;

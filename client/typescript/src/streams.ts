@@ -167,7 +167,7 @@ class Frames extends Watching<LiveFrame> {
     super(target, session, options);
     const { fields = [] } = options;
     const unknown = fields.find((name) => fieldNumber(name) === undefined);
-    if (unknown !== undefined) throw refused(`no array of a frame is called '${String(unknown)}': there are velocities, plastic_ratio and stress`, 'fields');
+    if (unknown !== undefined) throw refused(`no array of a frame is called '${String(unknown)}': there are velocities, plastic_ratio, stress, force and acceleration`, 'fields');
     this.#options = options;
     this.#joiner = new FrameJoiner(fields);
   }

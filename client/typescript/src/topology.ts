@@ -28,6 +28,10 @@ export interface Body {
   uv: Float32Array<ArrayBuffer>;
   /** Red, green and blue of sRGB, each 0 to 255, that the scene gives it; null: a viewer chooses. */
   color: readonly [number, number, number] | null;
+  /** Masses of its particles (kg), or none from an older server. */
+  masses: Float32Array<ArrayBuffer>;
+  /** Volumes of its particles at rest (m³), or none of cloth. */
+  volumes: Float32Array<ArrayBuffer>;
 }
 
 /** What a session is made of. */
@@ -57,7 +61,7 @@ function kept(wire: Wire): Wire {
   return wire;
 }
 
-const ARRAYS = ['trianglesU32', 'springsU32', 'pinsU32', 'uvF32'] as const;
+const ARRAYS = ['trianglesU32', 'springsU32', 'pinsU32', 'uvF32', 'massF32', 'volumeF32'] as const;
 
 /** Puts the pieces of one topology together. */
 export class TopologyJoiner {
@@ -139,9 +143,16 @@ function readBody(parts: BodyTopology[], expected: number, particles: number): B
     pins: new Uint32Array(bytes('pinsU32', 1)),
     uv: new Float32Array(bytes('uvF32', 2)),
     color: parts[0].color === undefined ? null : channels(parts[0].color),
+    masses: new Float32Array(bytes('massF32', 1)),
+    volumes: new Float32Array(bytes('volumeF32', 1)),
   };
   if (body.uv.length !== 0 && body.uv.length !== 2 * particleCount) {
     throw broken(`topology: body '${name}' has ${body.uv.length / 2} texture coordinates for ${particleCount} particles`);
+  }
+  for (const list of ['masses', 'volumes'] as const) {
+    const numbers = body[list];
+    if ((numbers.length === 0 || numbers.length === particleCount) && numbers.every((number) => number >= 0 && number < Infinity)) continue;
+    throw broken(`topology: body '${name}' has ${numbers.length} ${list} for ${particleCount} particles, all of which have to be finite and 0 or more`);
   }
   for (const list of ['triangles', 'springs', 'pins'] as const) {
     const outside = body[list].find((index) => index < firstParticle || index >= firstParticle + particleCount);
@@ -158,7 +169,7 @@ const channels = (color: number): [number, number, number] => [(color >> 16) & 2
 export function sameTopology(a: Topology, b: Topology): boolean {
   const text = (topology: Topology): string => JSON.stringify(plain(topology));
   const arrays = ({ bodies, colliders }: Topology): Numbers[] =>
-    [...bodies.flatMap(({ triangles, springs, pins, uv }) => [triangles, springs, pins, uv]), ...colliders.flatMap(colliderArrays)];
+    [...bodies.flatMap(({ triangles, springs, pins, uv, masses, volumes }) => [triangles, springs, pins, uv, masses, volumes]), ...colliders.flatMap(colliderArrays)];
   const others = arrays(b);
   // The texts say how many arrays there are, and how long each is.
   return text(a) === text(b) && arrays(a).every((array, i) => array.every((number, at) => number === others[i][at]));

@@ -182,6 +182,8 @@ test('a topology that does not fit is refused by name', () => {
   refused(topology(1, 2, [{ ...body, springsU32: u32(0, 7) }]), /springs of body 'a' name particle 7/);
   refused(topology(1, 2, [{ ...body, pinsU32: u32(4294967295) }]), /pins of body 'a' name particle 4294967295/);
   refused(topology(1, 2, [{ ...body, uvF32: u32(0, 0) }]), /1 texture coordinates for 2/);
+  refused(topology(1, 2, [{ ...body, massF32: u32(0) }]), /1 masses for 2 particles/);
+  refused(topology(1, 2, [{ ...body, volumeF32: bytes(Float32Array.of(1, NaN)) }]), /2 volumes for 2 particles, all of which have to be finite/);
   refused(topology(1, 2, [body], { chunk: { index: 1, count: 2 } }), /piece 1 of 2 came where piece 0/);
   refused(topology(1, 2, [body], { chunk: { index: 0, count: 0 } }), /piece 0 of 0/);
 });

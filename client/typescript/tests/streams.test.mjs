@@ -25,7 +25,7 @@ test('every frame comes in order with what was asked for, until the session ends
   const made = await client.create({ scene: 'snow_and_cloth', stepLimit: 12n, frameIntervalSteps: 1 });
   const seen = { topologies: [], changes: [], ends: [] };
   const reading = all(client.frames(made, {
-    every: true, from: 0n, fields: ['velocities', 'plastic_ratio', 'stress'],
+    every: true, from: 0n, fields: ['velocities', 'plastic_ratio', 'stress', 'force', 'acceleration'],
     onTopology: (topology) => seen.topologies.push(topology), onChange: (change) => seen.changes.push(change), onEnd: (end) => seen.ends.push(end),
   }));
   await eventually(() => seen.changes.length > 0);
@@ -36,6 +36,7 @@ test('every frame comes in order with what was asked for, until the session ends
   for (const { positions, fields, diagnostics, frame, step, time, topology, session, bytes } of frames) {
     assert.deepEqual([positions.length, fields.velocities.length], [3 * particles, 3 * particles]);
     assert.deepEqual([fields.plastic_ratio.length, fields.stress.length], [particles, particles]);
+    assert.deepEqual([fields.force.length, fields.acceleration.length], [3 * particles, 3 * particles]);
     assert.equal(step, frame);
     assert.ok(Math.abs(time - Number(step) * made.dtSeconds) < 1e-9);
     assert.equal(diagnostics?.frame ?? 0n, frame);

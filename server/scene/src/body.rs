@@ -2,11 +2,16 @@
 //!
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
-use nappe_sim::cloth::{Air, ClothSettings, ElementKind, Hessian, Integrator, MinimizerKind, OnPass};
+use std::borrow::Cow;
+
+use nappe_sim::cloth::{Air, ClothSettings, Hessian, Integrator, MinimizerKind, OnPass};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    air, names,
+    air,
+    element_law::ElementLaw,
+    fabric::FabricText,
+    names,
     solver::{Limits, Solver},
     transform::Transform,
 };
@@ -27,6 +32,9 @@ pub struct Body {
     /// Velocity of free particles at the start (m/s).
     #[serde(default, skip_serializing_if = "names::is_default")]
     pub velocity: [f64; 3],
+    /// A fabric: its mass and its laws, in place of masses, springs and other laws.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<FabricText>,
     /// Masses; none: those of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<Mass>,
@@ -113,6 +121,7 @@ impl Body {
             mesh,
             transform: Transform::default(),
             velocity: [0.0; 3],
+            material: None,
             mass: None,
             springs: None,
             laws: Vec::new(),
@@ -138,6 +147,20 @@ impl Body {
             solver: Solver::default(),
             limits: Limits::default(),
             block_size: default_block_size(),
+        }
+    }
+
+    /// What its particles weigh: as it says, or as its fabric does.
+    pub(crate) fn mass_of_all(&self) -> Option<Mass> {
+        let fabric = self.material.as_ref().and_then(FabricText::fabric);
+        fabric.map_or(self.mass, |fabric| Some(Mass::Density(fabric.density)))
+    }
+
+    /// All its laws of elements: those that it names, and those of its fabric.
+    pub(crate) fn laws_of_all(&self) -> Cow<'_, [ElementLaw]> {
+        match &self.material {
+            Some(material) => Cow::Owned(material.laws()),
+            None => Cow::Borrowed(&self.laws),
         }
     }
 }
@@ -305,19 +328,6 @@ pub struct SpringLaw {
     /// Stiffness (N/m).
     pub stiffness: f64,
     /// Damping along the spring (N s/m).
-    #[serde(default)]
-    pub damping: f64,
-}
-
-/// A law of elements, and how strongly it acts.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ElementLaw {
-    /// The law, by its name in the list of laws.
-    #[serde(with = "names::element_law")]
-    pub name: ElementKind,
-    /// Stiffness, in the unit of the law.
-    pub stiffness: f64,
-    /// Damping, in seconds times that unit.
     #[serde(default)]
     pub damping: f64,
 }

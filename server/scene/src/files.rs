@@ -17,8 +17,8 @@ use crate::{
     course::{ObjectParameters, SimuParameters},
     error::{ErrorKind, SceneError, SceneErrors},
     mesh::{
-        EtiOptions, EtiTexts, Loaded, MeshFile, NamedText, endings, gzip, read_eti, read_springs_csv, text,
-        write_eti, write_obj, write_off, write_ply,
+        EtiOptions, EtiTexts, Loaded, MeshFile, NamedText, PointFrames, endings, gzip, read_eti, read_pc2,
+        read_springs_csv, text, write_eti, write_obj, write_off, write_ply,
     },
     scene::Scene,
     utf8::utf8,
@@ -110,6 +110,14 @@ pub fn load_springs(
     options: &ReadOptions,
 ) -> Result<Vec<MeshSpring>, SceneError> {
     read_springs_csv(&text(path, options)?, &path.display().to_string(), points)
+}
+
+/// Reads frames of points from a PC2 file ([`read_pc2`]).
+///
+/// # Errors
+/// A file that cannot be read, or an error in it.
+pub fn load_frames(path: &Path, options: &ReadOptions) -> Result<PointFrames, SceneError> {
+    read_pc2(&read(path, options)?, &path.display().to_string())
 }
 
 /// What becomes of a file that is there where one is to be written.
@@ -216,6 +224,10 @@ impl MeshSource for Folder {
 
     fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
         load_mesh(&self.folder.join(path), &self.options).map(|loaded| loaded.mesh)
+    }
+
+    fn frames_file(&self, path: &str) -> Result<PointFrames, SceneError> {
+        load_frames(&self.folder.join(path), &self.options)
     }
 }
 

@@ -18,7 +18,10 @@ mod air;
 mod contact;
 mod rest;
 mod solver;
+mod element_law;
+mod fabric;
 mod body;
+mod figure;
 mod snow;
 mod way;
 mod collider;
@@ -37,13 +40,15 @@ pub mod files;
 
 pub use assemble::{Built, ColliderSolid, Layout, MeshSource, NoMeshes, SceneLimits, SceneSize};
 pub use body::{
-    Body, ElementLaw, ForceText, GridPlane, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, SpringLaw,
-    Springs, Unused,
+    Body, ForceText, GridPlane, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, SpringLaw, Springs, Unused,
 };
 pub use coarser::{CoarserGrid, CoarserScene, coarser};
 pub use collider::{ColliderMesh, ColliderText, ShapeText};
 pub use edit::EditError;
+pub use element_law::{ElementLaw, NamedWarp, Stiffness, WarpText};
 pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
+pub use fabric::{Fabric, FabricText};
+pub use figure::{Figure, FigureFrames, FramesSource};
 pub use keys::{page as reference_page, unit};
 pub use mesh::enclosed_volume;
 pub use parts::{MeshParts, PartOverlaps};

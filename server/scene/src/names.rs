@@ -44,6 +44,9 @@ by_name!(
     /// Whether crossings of surfaces are counted.
     surface_check, nappe_sim::cloth::SurfaceCheck);
 by_name!(
+    /// What follows the last frame of a figure.
+    repeat, nappe_sim::cloth::Repeat);
+by_name!(
     /// Laws of elements of cloth.
     element_law, nappe_sim::cloth::ElementKind);
 by_name!(

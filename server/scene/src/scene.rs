@@ -14,6 +14,7 @@ use crate::{
     collider::ColliderText,
     contact,
     error::{ErrorKind, Found, SceneError, SceneErrors},
+    figure::{Figure, FramesSource},
     keys::ROOT,
     location::Location,
     names,
@@ -62,6 +63,9 @@ pub struct Scene {
     /// Bodies, in the order of their particles.
     #[serde(rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
+    /// Figures, in the order of their corners, behind the particles of bodies.
+    #[serde(rename = "figure", skip_serializing_if = "Vec::is_empty")]
+    pub figures: Vec<Figure>,
     /// Snow; none: there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub snow: Option<Snow>,
@@ -98,6 +102,7 @@ impl Default for Scene {
             contact: None,
             rest: None,
             bodies: Vec::new(),
+            figures: Vec::new(),
             snow: None,
             colliders: Vec::new(),
             source: Source::default(),
@@ -133,11 +138,12 @@ impl Scene {
         self.source.warnings()
     }
 
-    /// The meshes of its bodies, of its snow and of its colliders.
+    /// The meshes of its bodies, of its figures, of its snow and of its colliders.
     pub fn meshes(&self) -> impl Iterator<Item = &Mesh> {
         let snow = self.snow.iter().flat_map(|snow| &snow.objects).filter_map(SnowBody::mesh);
         let colliders = self.colliders.iter().filter_map(ColliderText::mesh).map(|mesh| &mesh.mesh);
-        self.bodies.iter().map(|body| &body.mesh).chain(snow).chain(colliders)
+        let figures = self.figures.iter().map(|figure| &figure.mesh);
+        self.bodies.iter().map(|body| &body.mesh).chain(figures).chain(snow).chain(colliders)
     }
 
     /// The same, to be changed.
@@ -145,7 +151,16 @@ impl Scene {
         let snow = self.snow.iter_mut().flat_map(|snow| &mut snow.objects).filter_map(SnowBody::mesh_mut);
         let colliders =
             self.colliders.iter_mut().filter_map(ColliderText::mesh_mut).map(|mesh| &mut mesh.mesh);
-        self.bodies.iter_mut().map(|body| &mut body.mesh).chain(snow).chain(colliders)
+        let figures = self.figures.iter_mut().map(|figure| &mut figure.mesh);
+        self.bodies.iter_mut().map(|body| &mut body.mesh).chain(figures).chain(snow).chain(colliders)
+    }
+
+    /// The files of frames that its figures name.
+    pub fn frame_files(&self) -> impl Iterator<Item = &str> {
+        self.figures.iter().filter_map(|figure| match &figure.frames.source {
+            FramesSource::File(file) => Some(file.as_str()),
+            FramesSource::Upload(_) => None,
+        })
     }
 
     /// Writes the scene; [`Scene::parse`] gives it back.

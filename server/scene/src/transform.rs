@@ -41,8 +41,8 @@ pub struct Rotate {
 
 #[rustfmt::skip] // one line per key
 pub(crate) static TRANSFORM: Section = Section {
-    name: "body.transform, snow.object.transform, collider.mesh.transform",
-    about: "Moves what a body, an object of snow or a collider is made from: x' = rotate(scale x) + translate.",
+    name: "body.transform, figure.transform, snow.object.transform, collider.mesh.transform",
+    about: "Moves what a body, a figure, an object of snow or a collider is made from: x' = rotate(scale x) + translate.",
     keys: &[
         key("scale", Number(Range(1e-6, 1e6)), "", Preset("1.0"), "factor on every coordinate"),
         key("rotate", Table(&ROTATE), "", Absent("no rotation"), "rotation about the origin, after scaling"),

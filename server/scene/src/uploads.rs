@@ -1,4 +1,4 @@
-//! The text of a scene with uploads in place of its mesh files, all else in the lines where it was.
+//! A scene with uploads in place of its files of meshes and frames, all else in the lines where it was.
 
 use std::ops::Range;
 
@@ -7,10 +7,10 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use crate::{body::Mesh, scene::Scene};
+use crate::{body::Mesh, figure::FramesSource, scene::Scene};
 
 impl Scene {
-    /// Its text with uploads in place of mesh files, each by the id that `id_of` gives for its path. As it was read from
+    /// Its text with uploads in place of files of meshes and frames, each by the id that `id_of` gives for its path. As it was read from
     /// a text, every key stays in its line.
     pub fn text_with_uploads(&self, id_of: impl Fn(&str) -> Option<String>) -> String {
         let text = self.source.text();
@@ -27,19 +27,29 @@ impl Scene {
                 *mesh = Mesh::Upload { upload, repair: *repair };
             }
         }
+        for figure in &mut scene.figures {
+            if let FramesSource::File(file) = &figure.frames.source
+                && let Some(upload) = id_of(file)
+            {
+                figure.frames.source = FramesSource::Upload(upload);
+            }
+        }
         scene.to_toml()
     }
 }
 
-/// Where keys and paths of mesh files stand, and what takes their place.
+/// Where keys and paths of files of meshes and frames stand, and what takes their place.
 fn places(root: &DeTable<'_>, id_of: &impl Fn(&str) -> Option<String>) -> Vec<(Range<usize>, String)> {
     let objects = root.get("snow").and_then(|snow| snow.get_ref().as_table());
     let objects = objects.map(|snow| tables(snow, "object")).unwrap_or_default();
 
     let mut places = Vec::new();
-    for owner in tables(root, "body").into_iter().chain(objects).chain(tables(root, "collider")) {
-        let mesh = owner.get("mesh").and_then(|mesh| mesh.get_ref().as_table());
-        for (key, value) in mesh.into_iter().flatten() {
+    let figures = tables(root, "figure");
+    let owners = tables(root, "body").into_iter().chain(objects).chain(tables(root, "collider"));
+    let meshes = owners.chain(figures.clone()).filter_map(|owner| owner.get("mesh"));
+    let frames = figures.iter().filter_map(|figure| figure.get("frames"));
+    for from in meshes.chain(frames).filter_map(|from| from.get_ref().as_table()) {
+        for (key, value) in from {
             let name: &str = key.get_ref().as_ref();
             if let DeValue::String(file) = value.get_ref()
                 && name == "file"
@@ -85,7 +95,8 @@ mod tests {
         let text = "version = 1 # one\ndt = 1\n\n[[body]]\nname = \"a\" # file = \"a.obj\"\nmesh = { file = \"a.obj\" }\n\
             [[body]]\nname = \"b\"\n[body.mesh]\nfile = \"\"\"\\\n  b.obj\"\"\"\n[[body]]\nname = \"c\"\nmesh.file = 'a.obj'\n\
             [snow]\ncell = 0.1\n[[snow.object]]\nname = \"d\"\nmesh = { file = \"other.obj\" }\n\
-            [[collider]]\nname = \"e\"\nmesh = { close_holes = true, file = \"c.obj\" } # file = \"c.obj\"\n";
+            [[collider]]\nname = \"e\"\nmesh = { close_holes = true, file = \"c.obj\" } # file = \"c.obj\"\n\
+            [[figure]]\nname = \"f\"\nmesh = { file = \"f.ply\" }\nthickness = 0.01\nframes = { file = \"f.pc2\", rate = 30 }\n";
         let scene = Scene::parse(text, "a.toml").expect("a scene");
         let id_of = |file: &str| (file != "other.obj").then(|| format!("id-{file}"));
         let uploaded = scene.text_with_uploads(id_of);
@@ -93,7 +104,9 @@ mod tests {
             .replace("mesh = { file = \"a.obj\"", "mesh = { upload = \"id-a.obj\"")
             .replace("file = \"\"\"\\\n  b.obj\"\"\"\n", "upload = \"id-b.obj\"\n\n")
             .replace("mesh.file = 'a.obj'", "mesh.upload = \"id-a.obj\"")
-            .replace("true, file = \"c.obj\"", "true, upload = \"id-c.obj\"");
+            .replace("true, file = \"c.obj\"", "true, upload = \"id-c.obj\"")
+            .replace("{ file = \"f.ply\"", "{ upload = \"id-f.ply\"")
+            .replace("{ file = \"f.pc2\"", "{ upload = \"id-f.pc2\"");
         assert_eq!(uploaded, expected);
         // A scene without a text is written.
         let made = Scene { source: crate::Source::default(), ..scene.clone() };

@@ -57,7 +57,11 @@ impl MeshSource for Figure {
 /// Sections with the text before and after a field of theirs, behind a scene of one body.
 const PLACES: [(&str, &str, &str); 9] = [
     ("body", "", ""),
-    ("body.transform, snow.object.transform, collider.mesh.transform", "transform = { ", " }"),
+    (
+        "body.transform, figure.transform, snow.object.transform, collider.mesh.transform",
+        "transform = { ",
+        " }",
+    ),
     ("body.solver", "solver = { ", " }"),
     ("collider", "[[collider]]\nname = \"s\"\nsphere = { center = [0, 0, 0], radius = 1 }\n", ""),
     (

@@ -57,6 +57,12 @@ impl From<&FileError> for ServiceError {
     }
 }
 
+/// A time of a path: its particle and point, and after which time it has to be.
+fn of_time(error: ServiceError, [particle, point]: [usize; 2], [time, after]: [f64; 2]) -> ServiceError {
+    let error = error.with("particle", particle).with("point", point).with("value", time);
+    error.with("allowed", format!("above {}", number(after)))
+}
+
 /// What is allowed, both ends included.
 fn range([low, high]: [f64; 2]) -> String {
     format!("{} to {}", number(low), number(high))
@@ -114,19 +120,19 @@ impl From<&ChangeError> for ServiceError {
                 .with("particle", particle)
                 .with("particle_count", count)
                 .at_field("forces.particles_u32", message),
-            ChangeError::SnowOverRanks { body } => refused.with("body", body).at_field("body", message),
+            ChangeError::OnFigure { figure: body, .. } | ChangeError::SnowOverRanks { body } => {
+                refused.with("body", body).at_field("body", message)
+            }
             ChangeError::NotPinned { particle } => {
                 refused.with("particle", particle).at_field("pins.particle", message)
             }
             ChangeError::EmptyPath { particle } => {
                 refused.with("particle", particle).at_field("paths.times_seconds", message)
             }
-            ChangeError::TimesOfPath { particle, point, time, after } => refused
-                .with("particle", particle)
-                .with("point", point)
-                .with("value", time)
-                .with("allowed", format!("above {}", number(*after)))
-                .at_field("paths.times_seconds", message),
+            ChangeError::TimesOfPath { particle, point, time, after } => {
+                of_time(refused, [*particle as usize, *point], [*time, *after])
+                    .at_field("paths.times_seconds", message)
+            }
             ChangeError::NoSuchParticle { particle, count } => refused
                 .with("particle", particle)
                 .with("particle_count", count)
@@ -236,7 +242,13 @@ mod tests {
             StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },
             StepFailure::TimeStep { particle: 0, dt: 2.0, limit: 1.0, bound: BoundKind::ElasticWave },
-            StepFailure::Substeps { particle: 0, dt: 2.0, limit: 1, bound: BoundKind::ElasticWave },
+            StepFailure::Substeps {
+                particle: 0,
+                dt: 2.0,
+                limit: 1,
+                bound: BoundKind::ElasticWave,
+                law: None,
+            },
             StepFailure::Descent { particle: 0, value: 0.0, predicted: 1.0, limit: 0.1 },
             StepFailure::EnergyGain { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Unbalanced { particle: 0, value: 2.0, limit: 1.0, sweeps: 320 },

@@ -200,7 +200,7 @@ fn grid(
 
     let allowed = limits.max_grid_nodes.max(1);
     let max_nodes = if request.max_nodes == 0 { allowed } else { request.max_nodes.min(allowed) };
-    Ok(GridChoice { selection, max_nodes })
+    Ok(GridChoice { selection, max_nodes, has_forces: request.force })
 }
 
 /// The fields that a request names, positions if it names none; `within` stands before their names in messages.
@@ -313,23 +313,26 @@ mod tests {
     fn a_grid_is_asked_for_with_a_selection_and_at_most_what_is_allowed() {
         use v1::grid_request::Selection as Message;
         let limits = Limits { max_grid_nodes: 100, ..Limits::default() };
-        let asked =
-            |selection, max_nodes| grid(&v1::GridRequest { selection, max_nodes }, Some(0.1), &limits);
+        let asked = |selection, max_nodes| {
+            grid(&v1::GridRequest { selection, max_nodes, force: false }, Some(0.1), &limits)
+        };
         let all = Some(Message::All(v1::AllNodes {}));
         for (max_nodes, most) in [(0, 100), (7, 7), (100, 100), (u32::MAX, 100)] {
-            let choice = GridChoice { selection: Selection::All, max_nodes: most };
+            let choice = GridChoice { selection: Selection::All, max_nodes: most, has_forces: false };
             assert_eq!(asked(all, max_nodes).expect("all nodes"), choice);
         }
 
         let slice = |axis, coordinate| Some(Message::Slice(v1::SliceNodes { axis, coordinate }));
-        let choice = GridChoice { selection: Selection::Slice { axis: 2, coordinate: -0.25 }, max_nodes: 5 };
+        let selection = Selection::Slice { axis: 2, coordinate: -0.25 };
+        let choice = GridChoice { selection, max_nodes: 5, has_forces: false };
         assert_eq!(asked(slice(v1::Axis::Z.into(), -0.25), 5).expect("a slice"), choice);
         let y = v1::Axis::Y.into();
         for bad in [None, slice(0, 0.0), slice(9, 0.0), slice(y, f64::NAN), slice(y, f64::INFINITY)] {
             assert_eq!(asked(bad, 0).expect_err("no choice").reason, Reason::InvalidField);
         }
 
-        let request = v1::GridRequest { selection: all, max_nodes: 0 };
+        let request = v1::GridRequest { selection: all, max_nodes: 0, force: true };
+        assert!(grid(&request, Some(0.1), &limits).expect("all nodes").has_forces);
         let refused = grid(&request, None, &limits).expect_err("cloth has no grid");
         assert!(refused.message.contains("no snow"), "{refused}");
     }

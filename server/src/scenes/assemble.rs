@@ -9,7 +9,8 @@ use nappe_sim::{linalg::AtCap, math::Precision, world::WorldSetup};
 
 use super::{
     estimate::Estimate,
-    mesh_store::{HeldMeshes, MeshStore, Noted},
+    held_meshes::{HeldMeshes, Noted},
+    mesh_store::MeshStore,
 };
 use crate::{
     config::Limits,

@@ -118,7 +118,7 @@ impl Estimate {
             (size.collider_triangles, COLLIDER_TRIANGLE),
         ];
         let grid = size.snow_grid_bytes[usize::from(precision == Precision::F64)] as f64;
-        let listed = size.collider_bytes.saturating_add(size.named_bytes);
+        let listed = size.collider_bytes.saturating_add(size.named_bytes).saturating_add(size.frame_bytes);
         let top = if size.coarse_blocks > 0 { COARSE_TOP } else { 0.0 };
         let beside = grid + top + of_patches(size.patched_particles) + listed as f64;
         let fixed = SESSION + THREAD * f64::from(thread_count) + beside;
@@ -220,6 +220,7 @@ mod tests {
         collider_points: 0,
         collider_triangles: 0,
         collider_bytes: 0,
+        frame_bytes: 0,
         named_bytes: 0,
         snow_grid_bytes: [0; 2],
     };

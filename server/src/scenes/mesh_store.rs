@@ -1,14 +1,11 @@
-//! Meshes that clients uploaded, kept for scenes that name them; and files of sessions, for sessions that go on from them.
+//! Meshes and frames that clients uploaded, kept for scenes that name them; and files of sessions, for sessions that go on from them.
 //!
 //! Enters: checked uploads. Leaves: uploads by their id, as long as there is room. Opens no file: a
 //! client's scene can name uploads and formulas only.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use nappe_scene::{ErrorKind, MeshSource, SceneError};
+use nappe_scene::mesh::PointFrames;
 use nappe_sim::{mesh::TriangleMesh, world::Vectors};
 use uuid::Uuid;
 
@@ -43,6 +40,7 @@ struct Kept {
 #[derive(Debug)]
 enum Content {
     Mesh(HeldMesh),
+    Frames(HeldFrames),
     Checkpoint(Checkpoint),
 }
 
@@ -51,6 +49,7 @@ impl Content {
     fn size(&self) -> u64 {
         match self {
             Self::Mesh(held) => size(&held.mesh),
+            Self::Frames(held) => held.frames.bytes(),
             Self::Checkpoint(file) => file.bytes.len() as u64,
         }
     }
@@ -58,8 +57,8 @@ impl Content {
 
 /// A mesh, whose memory counts for as long as somebody has it: the store may have forgotten it.
 #[derive(Clone, Debug)]
-struct HeldMesh {
-    mesh: Arc<TriangleMesh>,
+pub(super) struct HeldMesh {
+    pub(super) mesh: Arc<TriangleMesh>,
     memory: Arc<Claim>,
 }
 
@@ -69,6 +68,13 @@ impl HeldMesh {
         let shared = Shared { mesh: Arc::clone(&self.mesh), of, _memory: Arc::clone(&self.memory) };
         Vectors::counted_elsewhere(shared)
     }
+}
+
+/// Frames of points, whose memory counts for as long as somebody has them.
+#[derive(Clone, Debug)]
+pub(super) struct HeldFrames {
+    pub(super) frames: PointFrames,
+    _memory: Arc<Claim>,
 }
 
 /// The file of a session, of which the hashes were checked; its memory counts for as long as somebody has it.
@@ -129,6 +135,15 @@ impl MeshStore {
         })
     }
 
+    /// Keeps frames of points and returns their id.
+    ///
+    /// # Errors
+    /// If the server has no memory for them, even without the others.
+    pub(crate) fn insert_frames(&self, frames: PointFrames) -> Result<String, ServiceError> {
+        let bytes = frames.bytes();
+        self.keep("frames", bytes, |memory| Content::Frames(HeldFrames { frames, _memory: memory }))
+    }
+
     /// Keeps an upload of so many bytes, and returns its id.
     fn keep(
         &self,
@@ -159,15 +174,23 @@ impl MeshStore {
 
     /// The mesh of an id, which becomes the most recently used.
     #[cfg(test)]
-    fn get(&self, id: &str) -> Option<Arc<TriangleMesh>> {
+    pub(super) fn get(&self, id: &str) -> Option<Arc<TriangleMesh>> {
         Some(self.hold(id)?.mesh)
     }
 
     /// The mesh of an id, which becomes the most recently used, and what its memory is claimed by.
-    fn hold(&self, id: &str) -> Option<HeldMesh> {
+    pub(super) fn hold(&self, id: &str) -> Option<HeldMesh> {
         self.used(id, |content| match content {
             Content::Mesh(held) => Some(held.clone()),
-            Content::Checkpoint(_) => None,
+            Content::Frames(_) | Content::Checkpoint(_) => None,
+        })
+    }
+
+    /// The frames of an id, which become the most recently used, and what their memory is claimed by.
+    pub(super) fn hold_frames(&self, id: &str) -> Option<HeldFrames> {
+        self.used(id, |content| match content {
+            Content::Frames(held) => Some(held.clone()),
+            Content::Mesh(_) | Content::Checkpoint(_) => None,
         })
     }
 
@@ -175,7 +198,7 @@ impl MeshStore {
     pub(crate) fn checkpoint(&self, id: &str) -> Option<Checkpoint> {
         self.used(id, |content| match content {
             Content::Checkpoint(file) => Some(file.clone()),
-            Content::Mesh(_) => None,
+            Content::Mesh(_) | Content::Frames(_) => None,
         })
     }
 
@@ -206,7 +229,7 @@ fn forget_oldest(uploads: &mut Vec<Kept>) {
 }
 
 /// Memory of a mesh's arrays (bytes).
-fn size(mesh: &TriangleMesh) -> u64 {
+pub(super) fn size(mesh: &TriangleMesh) -> u64 {
     let arrays = [
         size_of_val(mesh.points.as_slice()),
         size_of_val(mesh.triangles.as_slice()),
@@ -216,61 +239,6 @@ fn size(mesh: &TriangleMesh) -> u64 {
         size_of_val(mesh.springs.as_slice()),
     ];
     arrays.iter().sum::<usize>() as u64
-}
-
-fn no_file(path: &str) -> Result<TriangleMesh, SceneError> {
-    let message = format!("the server opens no files: upload '{path}' and name it as {{ upload = \"ID\" }}");
-    Err(SceneError::new(ErrorKind::MeshNotFound, "", message))
-}
-
-/// The meshes of a store as a scene is built from them: those that it names are noted.
-#[derive(Debug)]
-pub(super) struct Noted<'a> {
-    store: &'a MeshStore,
-    held: Mutex<HeldMeshes>,
-}
-
-impl<'a> Noted<'a> {
-    pub(super) fn new(store: &'a MeshStore) -> Self {
-        Self { store, held: Mutex::default() }
-    }
-
-    /// Those that were named.
-    pub(super) fn into_held(self) -> HeldMeshes {
-        self.held.into_inner().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl MeshSource for Noted<'_> {
-    fn upload(&self, id: &str) -> Option<Arc<TriangleMesh>> {
-        // No code that holds the lock can leave the list half changed.
-        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(mesh) = held.upload(id) {
-            return Some(mesh);
-        }
-        let found = self.store.hold(id)?;
-        let mesh = Arc::clone(&found.mesh);
-        held.0.insert(id.to_owned(), found);
-        Some(mesh)
-    }
-
-    fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
-        no_file(path)
-    }
-}
-
-/// The meshes that a scene was built from, by their ids: it can be built again of them, also once the store has forgotten them.
-#[derive(Debug, Default)]
-pub(crate) struct HeldMeshes(BTreeMap<String, HeldMesh>);
-
-impl MeshSource for HeldMeshes {
-    fn upload(&self, id: &str) -> Option<Arc<TriangleMesh>> {
-        self.0.get(id).map(|held| Arc::clone(&held.mesh))
-    }
-
-    fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
-        no_file(path)
-    }
 }
 
 #[cfg(test)]
@@ -313,33 +281,6 @@ mod tests {
         let large = store.insert(grid(30)).expect("room");
         assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false; 3]);
         assert!(store.get(&large).is_some());
-    }
-
-    #[test]
-    fn a_scene_finds_its_meshes_again_once_they_are_forgotten_and_they_count_until_then() {
-        let account = MemoryAccount::of_server(1 << 30);
-        let limits = Limits { max_meshes: 1, ..Limits::default() };
-        let store = MeshStore::new(&limits, Arc::clone(&account));
-        let bytes = size(&grid(3));
-        let id = store.insert(grid(3)).expect("room");
-        let noted = Noted::new(&store);
-        assert!(noted.upload("mesh-of-nobody").is_none());
-        let [first, again] = [(); 2].map(|()| noted.upload(&id).expect("it is kept"));
-        assert!(Arc::ptr_eq(&first, &again));
-        let held = noted.into_held();
-        let checkpoint = store.insert_checkpoint(vec![7; 100]).expect("room");
-        assert!(store.get(&id).is_none() && store.get(&checkpoint).is_none());
-        assert_eq!(held.upload(&id).expect("it is held").points.len(), 9);
-        assert_eq!(account.used(), bytes + 100);
-        drop(held);
-        assert_eq!(account.used(), 100);
-
-        let file = store.checkpoint(&checkpoint).expect("it is kept");
-        store.insert(grid(2)).expect("room");
-        assert!(store.checkpoint(&checkpoint).is_none(), "it is forgotten");
-        assert_eq!((file.bytes().len(), account.used()), (100, 100 + size(&grid(2))));
-        drop(file);
-        assert_eq!(account.used(), size(&grid(2)));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What sessions are made from: shipped scenes, scenes that clients send, meshes and saved sessions that they upload.
 
 mod mesh_store;
+mod held_meshes;
 mod shipped;
 mod estimate;
 mod assemble;

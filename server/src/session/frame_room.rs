@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn frames_with_more_than_positions_count_once_and_are_refused_without_room() {
         let account = MemoryAccount::of_server(1000);
-        let (more, all) = (FieldSet::ALWAYS.union(FieldSet::of_part(1)), FieldSet::FIELDS);
+        let (more, all) = (FieldSet::ALWAYS.union(FieldSet::of_part(1)), FieldSet::OF_STATE);
         let width = |fields: FieldSet| fields.without(FieldSet::ALWAYS).stride() as u64;
         let room = |budget| FrameRoom::new(account.claim(), 2, budget);
 

@@ -204,8 +204,9 @@ pub(super) fn no_threads(error: &impl std::fmt::Display) -> ServiceError {
     )
 }
 
-/// Frame 0 has every field if the `budget` (bytes) of frames holds them: whoever opens a stream after a call that plays
-/// finds it complete until the next frame is made. Its nodes of a grid are made for who asks before the first step.
+/// Frame 0 has every field of the state if the `budget` (bytes) of frames holds them: whoever opens a stream after a call that
+/// plays finds it complete until the next frame is made. Its nodes of a grid, forces and accelerations are made for who asks
+/// before the first step.
 fn first_frame(
     simulation: &Simulation,
     diagnostics: &v1::Diagnostics,
@@ -219,8 +220,8 @@ fn first_frame(
     // Arrays of their own, which are freed: no later frame may need as many.
     let arrays = Arrays::new(streams.memory());
     let encode = |wanted| EncodedFrame::encode(simulation, wanted, head.clone(), &arrays);
-    let bytes = FieldSet::FIELDS.stride() * simulation.particle_count();
-    let complete = if bytes as u64 <= budget { encode(FieldSet::FIELDS).ok() } else { None };
+    let bytes = FieldSet::OF_STATE.stride() * simulation.particle_count();
+    let complete = if bytes as u64 <= budget { encode(FieldSet::OF_STATE).ok() } else { None };
     // A field that is not finite is missed by who asks for it; positions are needed.
     let first = complete.map_or_else(|| encode(FieldSet::ALWAYS), Ok).map_err(|error| {
         let refused = ServiceError::new(Reason::InvalidScene, format!("at the start, {error}"));

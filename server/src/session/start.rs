@@ -270,5 +270,7 @@ fn colors(scene: &Scene) -> Arc<[(String, u32)]> {
     let channel = |share: f64| (255.0 * share).round() as u8;
     let packed =
         |[red, green, blue]: [f64; 3]| u32::from_be_bytes([0, channel(red), channel(green), channel(blue)]);
-    scene.bodies.iter().filter_map(|body| Some((body.name.clone(), packed(body.color?)))).collect()
+    let bodies = scene.bodies.iter().map(|body| (&body.name, body.color));
+    let all = bodies.chain(scene.figures.iter().map(|figure| (&figure.name, figure.color)));
+    all.filter_map(|(name, color)| Some((name.clone(), packed(color?)))).collect()
 }

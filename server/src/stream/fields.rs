@@ -54,6 +54,8 @@ impl EncodedField {
             Field::Velocities => v1::Field::Velocities,
             Field::PlasticRatios => v1::Field::PlasticRatio,
             Field::StressNorms => v1::Field::StressNorm,
+            Field::Forces => v1::Field::Forces,
+            Field::Accelerations => v1::Field::Accelerations,
         }
     }
 
@@ -76,6 +78,8 @@ impl EncodedField {
             Field::Velocities => "velocity",
             Field::PlasticRatios => "plastic ratio",
             Field::StressNorms => "stress norm",
+            Field::Forces => "force",
+            Field::Accelerations => "acceleration",
         }
     }
 
@@ -104,26 +108,32 @@ impl EncodedField {
     }
 }
 
-/// What a frame holds: a set of encoded fields, and perhaps the grid's nodes, one flag for each part.
+/// What a frame holds: a set of encoded fields, and perhaps the grid's nodes and the forces on them, one flag for each part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct FieldSet([bool; Self::PARTS]);
 
 impl FieldSet {
-    /// Parts that a frame may have: the encoded fields in their order, and the grid's nodes, last.
-    pub(crate) const PARTS: usize = EncodedField::COUNT + 1;
+    /// Parts that a frame may have: the encoded fields in their order, the grid's nodes, and the forces on them.
+    pub(crate) const PARTS: usize = EncodedField::COUNT + 2;
 
     pub(crate) const NONE: Self = Self([false; Self::PARTS]);
     /// What every frame has.
     pub(crate) const ALWAYS: Self = Self::of_part(EncodedField::POSITIONS_F32.index());
-    /// Every field in every encoding, without the grid's nodes.
-    pub(crate) const FIELDS: Self = {
-        let mut set = Self([true; Self::PARTS]);
-        set.0[EncodedField::COUNT] = false;
+    /// Every field of the state in every encoding: without what is evaluated, and without the grid's nodes.
+    pub(crate) const OF_STATE: Self = {
+        let mut set = Self::NONE;
+        let mut part = 0;
+        while part < EncodedField::COUNT {
+            set.0[part] = !Field::ALL[part / ENCODINGS.len()].is_evaluated();
+            part += 1;
+        }
         set
     };
     /// The grid's nodes.
     pub(crate) const GRID: Self = Self::of_part(EncodedField::COUNT);
-    /// Every field in every encoding, and the grid's nodes.
+    /// The forces on the grid's nodes.
+    pub(crate) const GRID_FORCES: Self = Self::of_part(EncodedField::COUNT + 1);
+    /// Every field in every encoding, and the grid's nodes with their forces.
     #[cfg(test)]
     const ALL: Self = Self([true; Self::PARTS]);
 
@@ -188,7 +198,11 @@ pub(crate) struct Wanted {
 impl Wanted {
     /// What a frame must hold for this watcher.
     pub(crate) fn needed(&self) -> FieldSet {
-        if self.grid.is_some() { self.fields.union(FieldSet::GRID) } else { self.fields }
+        self.fields.union(match self.grid {
+            None => FieldSet::NONE,
+            Some(GridChoice { has_forces: false, .. }) => FieldSet::GRID,
+            Some(GridChoice { has_forces: true, .. }) => FieldSet::GRID.union(FieldSet::GRID_FORCES),
+        })
     }
 }
 
@@ -209,9 +223,10 @@ mod tests {
         assert!(FieldSet::ALL.covers(FieldSet::GRID) && !set.covers(FieldSet::GRID));
         assert_eq!(set.union(FieldSet::GRID).fields().count(), 2, "the grid is no field");
         assert_eq!(FieldSet::ALL.fields().count(), EncodedField::COUNT);
-        assert_eq!(FieldSet::FIELDS.union(FieldSet::GRID), FieldSet::ALL);
-        assert_eq!(FieldSet::ALL.without(FieldSet::FIELDS), FieldSet::GRID);
-        assert_eq!((set.stride(), FieldSet::FIELDS.stride()), (36, 96));
+        let beside = FieldSet::ALL.without(FieldSet::OF_STATE);
+        assert!(beside.covers(FieldSet::GRID) && beside.fields().all(|encoded| encoded.field.is_evaluated()));
+        assert!(!FieldSet::OF_STATE.fields().any(|encoded| encoded.field.is_evaluated()));
+        assert_eq!((set.stride(), FieldSet::OF_STATE.stride(), beside.stride()), (36, 96, 72));
         assert!(set.has_velocities() && !FieldSet::ALWAYS.has_velocities());
     }
 

@@ -18,7 +18,7 @@ use super::{
     arrays::{Arrays, Number as _, Segments},
     collider::poses,
     fields::{EncodedField, FieldSet, Wanted},
-    grid_frame::{GridFrame, NODE_BYTES, packed_count, take_nodes},
+    grid_frame::{GridFrame, node_bytes, packed_count, take_nodes},
     packing::NotFinite,
     pieces::{BUDGET_BYTES, numbered},
     topology::TOPOLOGY_ID,
@@ -87,8 +87,12 @@ impl EncodedFrame {
             fields[field.index()] = Some(field.encode(simulation, arrays)?);
         }
 
-        let has_grid = wanted.covers(FieldSet::GRID);
-        let grid = if has_grid { GridFrame::of(simulation, arrays.memory())? } else { None };
+        let forces = wanted.covers(FieldSet::GRID_FORCES).then(|| simulation.grid_forces());
+        let grid = if forces.is_some() || wanted.covers(FieldSet::GRID) {
+            GridFrame::of(simulation, forces.as_deref(), arrays.memory())?
+        } else {
+            None
+        };
         let carried = wanted.has_velocities().then(|| Arc::new(carried(simulation)));
         Ok(Self { head, fields, grid: grid.map(Arc::new), carried })
     }
@@ -117,7 +121,8 @@ impl EncodedFrame {
         for (field, other) in frame.fields.iter_mut().zip(more.fields) {
             *field = field.take().or(other);
         }
-        frame.grid = frame.grid.or(more.grid);
+        // One that comes later has what the first one lacks.
+        frame.grid = more.grid.or(frame.grid);
         frame.carried = frame.carried.or(more.carried);
         frame
     }
@@ -135,7 +140,11 @@ impl EncodedFrame {
 
     /// What it holds.
     pub(crate) fn fields(&self) -> FieldSet {
-        let grid = if self.grid.is_some() { FieldSet::GRID } else { FieldSet::NONE };
+        let grid = match self.grid.as_deref().map(GridFrame::has_forces) {
+            None => FieldSet::NONE,
+            Some(false) => FieldSet::GRID,
+            Some(true) => FieldSet::GRID.union(FieldSet::GRID_FORCES),
+        };
         EncodedField::all().filter(|field| self.fields[field.index()].is_some()).fold(grid, FieldSet::with)
     }
 
@@ -307,8 +316,9 @@ impl Cutter {
 
     /// An empty grid is sent too: it says that there are no nodes.
     fn add_grid(&mut self, mut grid: v1::GridField) {
+        let bytes = node_bytes(&grid);
         loop {
-            let (piece, count) = self.take(NODE_BYTES, packed_count(&grid));
+            let (piece, count) = self.take(bytes, packed_count(&grid));
             piece.grid = Some(take_nodes(&mut grid, count));
             if packed_count(&grid) == 0 {
                 return;

@@ -14,8 +14,9 @@ use super::{
     packing::{NotFinite, Owner},
 };
 
-/// Bytes of a node in a message: three i32, one f32, three f32.
-pub(super) const NODE_BYTES: usize = 28;
+/// Bytes of a node in a message: three i32, one f32, three f32; and those of the force on it, three f32.
+const NODE_BYTES: usize = 28;
+const FORCE_BYTES: usize = 12;
 
 /// Strides up to this one are tried one by one, then powers of two. That bounds the passes over
 /// the nodes, whatever a watcher asks for.
@@ -41,6 +42,8 @@ pub(crate) struct GridFrame {
     /// Distance between neighbouring nodes (m).
     cell: f64,
     nodes: Vec<Node>,
+    /// The force on each of them (N), where somebody wants them.
+    forces: Option<Vec<[f32; 3]>>,
     /// What watchers chose of them last.
     chosen: Mutex<Vec<(GridChoice, Arc<OnceLock<v1::GridField>>)>>,
     memory: Arc<FrameMemory>,
@@ -66,31 +69,48 @@ pub(crate) struct GridChoice {
     pub selection: Selection,
     /// Nodes in a frame at most, 1 or more.
     pub max_nodes: u32,
+    /// Whether the forces on them go with them.
+    pub has_forces: bool,
 }
 
 impl GridFrame {
-    /// The grid as the last step left it; none without snow.
+    /// The grid as the last step left it, with the forces (N) on its nodes where they are wanted; none without snow.
     ///
     /// # Errors
-    /// A node whose mass or velocity is not finite in binary32.
-    pub(crate) fn of(simulation: &Simulation, memory: &Arc<FrameMemory>) -> Result<Option<Self>, NotFinite> {
+    /// A node whose mass, velocity or force is not finite in binary32.
+    pub(crate) fn of(
+        simulation: &Simulation,
+        forces: Option<&[[f64; 3]]>,
+        memory: &Arc<FrameMemory>,
+    ) -> Result<Option<Self>, NotFinite> {
         let Some(cell) = simulation.snow_cell() else { return Ok(None) };
-        let mut nodes = Vec::new();
-        simulation.grid_nodes(&mut nodes);
-
-        let nodes =
-            nodes.iter().map(narrow).filter(|node| node.as_ref().map_or(true, |node| node.mass > 0.0));
-        Ok(Some(Self::new(cell, nodes.collect::<Result<_, _>>()?, memory)))
+        let (mut all, mut nodes, mut narrowed) = (Vec::new(), Vec::new(), Vec::new());
+        simulation.grid_nodes(&mut all);
+        for (place, node) in all.iter().enumerate() {
+            let narrow = narrow(node)?;
+            if narrow.mass > 0.0 {
+                nodes.push(narrow);
+                if let Some(force) = forces.and_then(|forces| forces.get(place)) {
+                    narrowed.push(narrow_vector(node.index, "force", *force)?);
+                }
+            }
+        }
+        Ok(Some(Self::new(cell, nodes, forces.map(|_| narrowed), memory)))
     }
 
-    fn new(cell: f64, nodes: Vec<Node>, memory: &Arc<FrameMemory>) -> Self {
-        let counted = Counted::new(memory, size_of_val(nodes.as_slice()));
-        Self { cell, nodes, chosen: Mutex::default(), memory: Arc::clone(memory), _counted: counted }
+    fn new(cell: f64, nodes: Vec<Node>, forces: Option<Vec<[f32; 3]>>, memory: &Arc<FrameMemory>) -> Self {
+        let counted = Counted::new(memory, bytes_of(&nodes, forces.as_deref()));
+        Self { cell, nodes, forces, chosen: Mutex::default(), memory: Arc::clone(memory), _counted: counted }
     }
 
     /// Memory of the nodes (bytes).
     pub(crate) fn size(&self) -> usize {
-        size_of_val(self.nodes.as_slice())
+        bytes_of(&self.nodes, self.forces.as_deref())
+    }
+
+    /// Whether it has the forces on its nodes.
+    pub(crate) fn has_forces(&self) -> bool {
+        self.forces.is_some()
     }
 
     /// The nodes of a choice, packed once for all watchers that make it, unless others made many choices in between. If there
@@ -113,14 +133,21 @@ impl GridFrame {
 
     fn select(&self, choice: &GridChoice) -> v1::GridField {
         let (plane, most) = (choice.plane(self.cell), choice.max_nodes as usize);
-        let selected = |stride: i32| self.nodes.iter().filter(move |node| is_chosen(node, plane, stride));
+        let selected = |stride: i32| {
+            self.nodes.iter().enumerate().filter(move |(_, node)| is_chosen(node, plane, stride))
+        };
         let count = selected(1).count();
         let stride = if count <= most { 1 } else { least_stride(most, |stride| selected(stride).count()) };
 
         let sent = selected(stride).count();
         let (mut index, mut mass, mut velocity) =
             (Vec::with_capacity(12 * sent), Vec::with_capacity(4 * sent), Vec::with_capacity(12 * sent));
-        for node in selected(stride) {
+        let forces = self.forces.as_deref().filter(|_| choice.has_forces);
+        let mut force = Vec::with_capacity(forces.map_or(0, |_| FORCE_BYTES * sent));
+        for (place, node) in selected(stride) {
+            if let Some(forces) = forces {
+                force.extend(forces[place].iter().flat_map(|f| f.to_le_bytes()));
+            }
             index.extend(node.index.iter().flat_map(|i| i.to_le_bytes()));
             mass.extend(node.mass.to_le_bytes());
             velocity.extend(node.velocity.iter().flat_map(|v| v.to_le_bytes()));
@@ -133,6 +160,7 @@ impl GridFrame {
             velocity_f32: Counted::share(&self.memory, velocity),
             stride: stride.unsigned_abs(),
             node_count: count as u64,
+            force_f32: Counted::share(&self.memory, force),
         }
     }
 }
@@ -154,8 +182,14 @@ pub(super) fn take_nodes(grid: &mut v1::GridField, count: usize) -> v1::GridFiel
         index_i32: part(&mut grid.index_i32, 12),
         mass_f32: part(&mut grid.mass_f32, 4),
         velocity_f32: part(&mut grid.velocity_f32, 12),
+        force_f32: part(&mut grid.force_f32, FORCE_BYTES),
         ..*grid
     }
+}
+
+/// Bytes of each of the nodes that are packed.
+pub(super) fn node_bytes(grid: &v1::GridField) -> usize {
+    if grid.force_f32.is_empty() { NODE_BYTES } else { NODE_BYTES + FORCE_BYTES }
 }
 
 /// How many nodes are packed.
@@ -166,15 +200,28 @@ pub(super) fn packed_count(grid: &v1::GridField) -> usize {
 /// A node as it is sent. A mass below the range of binary32 becomes 0: such a node is left out.
 fn narrow(node: &GridNode) -> Result<Node, NotFinite> {
     let GridNode { index, mass, velocity } = *node;
-    let finite = |quantity: &'static str, value: f64| {
-        let narrow = value as f32;
-        let error = NotFinite { owner: Owner::Node(index), quantity, value };
-        if narrow.is_finite() { Ok(narrow) } else { Err(error) }
-    };
+    let mass = narrow_number(index, "mass", mass)?;
+    Ok(Node { index, mass, velocity: narrow_vector(index, "velocity", velocity)? })
+}
 
-    let [x, y, z] = velocity;
-    let speed = |value: f64| finite("velocity", value);
-    Ok(Node { index, mass: finite("mass", mass)?, velocity: [speed(x)?, speed(y)?, speed(z)?] })
+fn narrow_vector(
+    index: [i32; 3],
+    quantity: &'static str,
+    [x, y, z]: [f64; 3],
+) -> Result<[f32; 3], NotFinite> {
+    let number = |value: f64| narrow_number(index, quantity, value);
+    Ok([number(x)?, number(y)?, number(z)?])
+}
+
+fn narrow_number(index: [i32; 3], quantity: &'static str, value: f64) -> Result<f32, NotFinite> {
+    let narrow = value as f32;
+    let error = NotFinite { owner: Owner::Node(index), quantity, value };
+    if narrow.is_finite() { Ok(narrow) } else { Err(error) }
+}
+
+/// Memory of nodes, and of forces on them (bytes).
+fn bytes_of(nodes: &[Node], forces: Option<&[[f32; 3]]>) -> usize {
+    size_of_val(nodes) + forces.map_or(0, size_of_val)
 }
 
 /// Whether a node is in the plane, if there is one, and its other indices are multiples of `stride`.
@@ -216,7 +263,7 @@ mod tests {
         {
             nodes.push(Node { index: [x, y, z], mass: 1.0, velocity: [x as f32, y as f32, z as f32] });
         }
-        GridFrame::new(0.5, nodes, &Arc::default())
+        GridFrame::new(0.5, nodes, None, &Arc::default())
     }
 
     fn indices(field: &v1::GridField) -> Vec<[i32; 3]> {
@@ -228,7 +275,7 @@ mod tests {
     #[test]
     fn all_nodes_are_sent_in_their_order_when_they_are_few_enough() {
         let grid = block(-2, 3);
-        let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes: 125 });
+        let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes: 125, has_forces: false });
         assert_eq!((field.stride, field.node_count, field.cell), (1, 125, 0.5));
         assert_eq!(indices(&field), grid.nodes.iter().map(|node| node.index).collect::<Vec<_>>());
         assert_eq!((field.mass_f32.len(), field.velocity_f32.len()), (500, 1500));
@@ -239,7 +286,7 @@ mod tests {
     fn a_stride_thins_the_nodes_to_what_is_allowed_and_to_the_least_that_is_enough() {
         let grid = block(-6, 7);
         for max_nodes in [1, 2, 26, 27, 124, 125, 342, 343, 2196, 2197, 5000] {
-            let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes });
+            let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes, has_forces: false });
             let sent = indices(&field);
             let stride = field.stride as i32;
             assert!(sent.len() <= max_nodes as usize && field.node_count == 2197);
@@ -254,7 +301,8 @@ mod tests {
     #[test]
     fn a_frame_keeps_few_choices_however_many_are_made() {
         let grid = block(-6, 7);
-        let choose = |max_nodes| grid.choose(&GridChoice { selection: Selection::All, max_nodes });
+        let choose =
+            |max_nodes| grid.choose(&GridChoice { selection: Selection::All, max_nodes, has_forces: false });
         let first = choose(2197);
         assert_eq!(choose(2197).mass_f32.as_ptr(), first.mass_f32.as_ptr(), "it is packed once");
         drop(first);
@@ -269,18 +317,18 @@ mod tests {
         let grid = block(-3, 4);
         for (axis, coordinate, index) in [(0, 0.7, 1), (1, -1.1, -2), (2, 0.2, 0)] {
             let selection = Selection::Slice { axis, coordinate };
-            let field = grid.choose(&GridChoice { selection, max_nodes: 49 });
+            let field = grid.choose(&GridChoice { selection, max_nodes: 49, has_forces: false });
             assert_eq!((field.stride, field.node_count), (1, 49));
             assert!(indices(&field).iter().all(|i| i[axis] == index));
 
             // Every second node within the plane, though the plane's own index may be odd.
-            let field = grid.choose(&GridChoice { selection, max_nodes: 48 });
+            let field = grid.choose(&GridChoice { selection, max_nodes: 48, has_forces: false });
             assert_eq!((field.stride, field.node_count, indices(&field).len()), (2, 49, 9));
         }
 
         for coordinate in [1e300, -1e300, 99.0] {
             let selection = Selection::Slice { axis: 0, coordinate };
-            let field = grid.choose(&GridChoice { selection, max_nodes: 48 });
+            let field = grid.choose(&GridChoice { selection, max_nodes: 48, has_forces: false });
             assert_eq!((field.stride, field.node_count, packed_count(&field)), (1, 0, 0));
         }
     }
@@ -288,18 +336,19 @@ mod tests {
     #[test]
     fn a_thin_row_keeps_some_of_its_nodes_if_any_stride_does() {
         let nodes = (0..100_000).map(|x| Node { index: [x, 40, 40], mass: 1.0, velocity: [0.0; 3] });
-        let grid = GridFrame::new(1.0, nodes.collect(), &Arc::default());
+        let grid = GridFrame::new(1.0, nodes.collect(), None, &Arc::default());
 
         // 40 is a multiple of 2, 4, 5 and 8. None is few enough for 10 000 nodes.
         for (max_nodes, stride, sent) in [(50_000, 2, 50_000), (30_000, 4, 25_000), (10_000, 3, 0)] {
-            let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes });
+            let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes, has_forces: false });
             assert_eq!((field.stride, packed_count(&field)), (stride, sent), "{max_nodes}");
         }
     }
 
     #[test]
     fn parts_put_together_are_the_whole() {
-        let whole = block(0, 4).choose(&GridChoice { selection: Selection::All, max_nodes: 64 });
+        let whole =
+            block(0, 4).choose(&GridChoice { selection: Selection::All, max_nodes: 64, has_forces: false });
         let (mut rest, mut index, mut left) = (whole.clone(), Vec::new(), 64);
         while packed_count(&rest) > 0 {
             let part = take_nodes(&mut rest, 10);
@@ -308,6 +357,23 @@ mod tests {
             index.extend_from_slice(&part.index_i32);
         }
         assert_eq!(index, whole.index_i32);
+    }
+
+    #[test]
+    fn forces_go_with_the_nodes_that_are_chosen_where_they_are_wanted() {
+        let plain = block(-2, 3);
+        let forces = plain.nodes.iter().map(|node| node.velocity.map(|v| 10.0 * v)).collect();
+        let grid = GridFrame::new(0.5, block(-2, 3).nodes, Some(forces), &Arc::default());
+        let mut choice = GridChoice { selection: Selection::All, max_nodes: 30, has_forces: true };
+        let mut field = grid.choose(&choice);
+        let numbers: Vec<f32> =
+            field.force_f32.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+        let expected = indices(&field).into_iter().flatten().map(|i| 10.0 * i as f32);
+        assert_eq!((field.stride, numbers), (2, expected.collect::<Vec<_>>()));
+        assert_eq!((node_bytes(&field), take_nodes(&mut field, 5).force_f32.len()), (40, 60));
+        choice.has_forces = false;
+        assert!(grid.choose(&choice).force_f32.is_empty() && grid.has_forces() && !plain.has_forces());
+        assert_eq!(node_bytes(&grid.choose(&choice)), 28);
     }
 
     #[test]

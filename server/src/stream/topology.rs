@@ -4,7 +4,7 @@
 //! of a large cloth need several.
 
 use nappe_proto::v1;
-use nappe_sim::world::{BodyTopology, Simulation};
+use nappe_sim::world::{BodyRole, BodyTopology, Simulation};
 
 use super::{collider::collider, packing::packed, pieces::BUDGET_BYTES, topology_pieces::split};
 
@@ -44,5 +44,16 @@ fn body(body: &BodyTopology, color: Option<u32>) -> v1::BodyTopology {
         pins_u32: packed(body.pins.iter().map(|i| i.to_le_bytes())),
         uv_f32: packed(body.uv.as_flattened().iter().map(|c| (*c as f32).to_le_bytes())),
         color,
+        role: role(body.role).into(),
+        mass_f32: packed(body.masses.iter().map(|mass| (*mass as f32).to_le_bytes())),
+        volume_f32: packed(body.volumes.iter().map(|volume| (*volume as f32).to_le_bytes())),
+    }
+}
+
+fn role(role: BodyRole) -> v1::BodyRole {
+    match role {
+        BodyRole::Snow => v1::BodyRole::Unspecified,
+        BodyRole::Cloth => v1::BodyRole::Cloth,
+        BodyRole::Figure => v1::BodyRole::Figure,
     }
 }

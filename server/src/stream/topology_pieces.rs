@@ -96,6 +96,9 @@ impl Cutter {
                 pins_u32: part(&mut body.pins_u32, 4, &mut room),
                 uv_f32: part(&mut body.uv_f32, 8, &mut room),
                 color: body.color,
+                role: body.role,
+                mass_f32: part(&mut body.mass_f32, 4, &mut room),
+                volume_f32: part(&mut body.volume_f32, 4, &mut room),
             };
             self.last().bodies.push(part);
             self.room = room;
@@ -132,7 +135,9 @@ fn part(data: &mut Bytes, element: usize, room: &mut usize) -> Bytes {
 
 /// Whether nothing of the arrays is left.
 fn is_sent(body: &v1::BodyTopology) -> bool {
-    [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32].iter().all(|data| data.is_empty())
+    let lists = [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32];
+    let numbers = [&body.mass_f32, &body.volume_f32];
+    lists.iter().chain(&numbers).all(|data| data.is_empty())
 }
 
 #[cfg(test)]
@@ -155,6 +160,9 @@ mod tests {
             pins_u32: bytes(4),
             uv_f32: bytes(8 * uv),
             color: Some(0x00ff_8000),
+            role: v1::BodyRole::Figure.into(),
+            mass_f32: bytes(4 * uv),
+            volume_f32: bytes(4 * triangles),
         }
     }
 
@@ -184,6 +192,8 @@ mod tests {
                 last.triangles_u32 = joined(&last.triangles_u32, &part.triangles_u32);
                 last.pins_u32 = joined(&last.pins_u32, &part.pins_u32);
                 last.uv_f32 = joined(&last.uv_f32, &part.uv_f32);
+                last.mass_f32 = joined(&last.mass_f32, &part.mass_f32);
+                last.volume_f32 = joined(&last.volume_f32, &part.volume_f32);
             }
         }
     }

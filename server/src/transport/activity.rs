@@ -2,14 +2,11 @@
 //!
 //! A call begins with its request and ends with the last byte of its answer: an open stream is a call.
 
-use std::{
-    pin::Pin,
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::time::Duration;
 
 use bytes::Bytes;
-use hyper::body::{Body as HttpBody, Frame, SizeHint};
+use http_body_util::BodyExt as _;
+use hyper::body::Body as HttpBody;
 use tokio::{sync::watch, time::timeout};
 use tonic::{Status, body::Body};
 
@@ -20,13 +17,6 @@ pub(super) struct Activity(watch::Sender<usize>);
 /// A call in progress, until it is dropped.
 #[derive(Debug)]
 pub(super) struct Call(watch::Sender<usize>);
-
-/// The body of an answer, whose end is the end of its call.
-#[derive(Debug)]
-pub(super) struct CallBody {
-    inner: Body,
-    _call: Call,
-}
 
 impl Activity {
     pub(super) fn new() -> Self {
@@ -53,35 +43,19 @@ impl Activity {
 }
 
 impl Call {
-    /// The answer to this call.
-    pub(super) fn answered(self, inner: Body) -> CallBody {
-        CallBody { inner, _call: self }
+    /// The body of the answer to this call, whose end is the end of the call.
+    pub(super) fn answered(self, inner: Body) -> impl HttpBody<Data = Bytes, Error = Status> + Send {
+        // What errors go through lives as long as the body, and has the call.
+        inner.map_err(move |status| {
+            let _ = &self;
+            status
+        })
     }
 }
 
 impl Drop for Call {
     fn drop(&mut self) {
         self.0.send_modify(|calls| *calls -= 1);
-    }
-}
-
-impl HttpBody for CallBody {
-    type Data = Bytes;
-    type Error = Status;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
-        Pin::new(&mut self.inner).poll_frame(context)
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.inner.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        self.inner.size_hint()
     }
 }
 

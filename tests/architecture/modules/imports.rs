@@ -16,7 +16,7 @@ use super::{
 };
 
 /// Where the package of Python stands.
-const PYTHON: &str = "client/python/src/";
+pub(super) const PYTHON: &str = "client/python/src/";
 
 /// Where TypeScript stands: of the page, and of the client that it uses.
 const TYPESCRIPT: [&str; 2] = ["viewer/web/", "client/typescript/"];
@@ -24,7 +24,7 @@ const TYPESCRIPT: [&str; 2] = ["viewer/web/", "client/typescript/"];
 const OF_TYPESCRIPT: &str = "viewer/web/ and client/typescript/";
 
 /// Arrows between files of Python, from the one that imports.
-fn of_python(sources: &[Source]) -> BTreeSet<(&str, &str)> {
+pub(super) fn of_python(sources: &[Source]) -> BTreeSet<(&str, &str)> {
     let names = sources.iter().filter_map(|source| Some((dotted_names(&source.path)?, source)));
     let names: Vec<_> = names.collect();
     let files: BTreeMap<&str, &str> =
@@ -109,7 +109,7 @@ fn absolute(module: &str, package: &str) -> String {
 }
 
 /// Arrows between files of TypeScript, from the one that imports.
-fn of_typescript(sources: &[Source]) -> BTreeSet<(&str, &str)> {
+pub(super) fn of_typescript(sources: &[Source]) -> BTreeSet<(&str, &str)> {
     let files: BTreeSet<&str> = sources.iter().map(|source| source.path.as_str()).collect();
     let mut found: BTreeSet<(&str, &str)> = BTreeSet::new();
     for source in sources {

@@ -4,9 +4,9 @@
 mod files;
 mod names;
 mod arrows;
-mod rooms;
 mod lexer;
 mod imports;
+mod rooms;
 
 use std::collections::{BTreeMap, BTreeSet};
 

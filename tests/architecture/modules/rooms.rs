@@ -3,24 +3,39 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::tree;
+
 use super::{
     arrows,
     files::{self, Crate},
+    imports,
+    names::{Meaning, meaning},
 };
 
 /// A folder, and how much it may hold.
 struct Bound {
-    /// The file that declares its rooms.
+    /// The file that declares its rooms; of a folder without one, the folder with a `/` at its end.
     front: &'static str,
     rooms: usize,
     arrows: usize,
     floors: usize,
 }
 
-const BOUNDS: [Bound; 2] = [
+const BOUNDS: [Bound; 5] = [
     Bound { front: "server/sim/src/cloth/mod.rs", rooms: 12, arrows: 45, floors: 10 },
+    Bound { front: "server/sim/src/collide/mod.rs", rooms: 8, arrows: 14, floors: 6 },
+    Bound { front: "server/sim/src/world/mod.rs", rooms: 9, arrows: 24, floors: 7 },
+    Bound { front: "client/cli/src/main.rs", rooms: 12, arrows: 45, floors: 10 },
     Bound { front: "server/study/src/lib.rs", rooms: 10, arrows: 35, floors: 10 },
 ];
+
+/// The same of the package for Python, and of the pages.
+const OF_PYTHON: Bound =
+    Bound { front: "client/python/src/nappe/__init__.py", rooms: 8, arrows: 15, floors: 6 };
+const OF_PAGES: Bound = Bound { front: "viewer/web/src/", rooms: 7, arrows: 17, floors: 5 };
+
+/// Folders whose files name the file that defines a thing, and not the file at the front, which passes it on.
+const PLAIN_NAMES: [&str; 2] = ["server/sim/src/collide/mod.rs", "server/sim/src/world/mod.rs"];
 
 /// What stands between the rooms of a folder, its front page being one of them.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -31,15 +46,24 @@ struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     fn of(krate: &'a Crate, front: &str) -> Self {
+        let files = krate.modules.iter().map(|module| module.file.as_str());
+        Self::between(files, arrows::between_files(krate), front)
+    }
+
+    /// The plan of files with arrows between them.
+    fn between(
+        files: impl Iterator<Item = &'a str>,
+        arrows: BTreeSet<(&'a str, &'a str)>,
+        front: &str,
+    ) -> Self {
         let folder = front.rsplit_once('/').map_or("", |(folder, _)| folder);
         let room = |file: &'a str| -> Option<&'a str> {
             let within = file.strip_prefix(folder)?.strip_prefix('/')?;
             let end = within.find('/').or_else(|| within.find('.'))?;
             Some(if file == front { "" } else { &within[..end] })
         };
-        let rooms = krate.modules.iter().filter_map(|module| room(&module.file)).collect();
-        let between = arrows::between_files(krate).into_iter();
-        let between = between.filter_map(|(from, to)| Some((room(from)?, room(to)?)));
+        let rooms = files.filter_map(room).collect();
+        let between = arrows.into_iter().filter_map(|(from, to)| Some((room(from)?, room(to)?)));
         Self { rooms, arrows: between.filter(|(from, to)| from != to).collect() }
     }
 
@@ -68,6 +92,31 @@ impl<'a> Plan<'a> {
     }
 }
 
+/// Complaints about files below a front that take from it what it only passes on.
+fn against_faces(krate: &Crate, front: &str) -> Vec<String> {
+    let folder = front.strip_suffix("mod.rs").unwrap_or(front);
+    let face = krate.modules.iter().position(|module| module.file == front).expect("a crate has the front");
+    let mut complaints = BTreeSet::new();
+    for (from, module) in krate.modules.iter().enumerate() {
+        if module.file == front || !module.file.starts_with(folder) {
+            continue;
+        }
+        for path in module.imports.iter().map(|import| &import.path).chain(&module.paths) {
+            for (end, separator) in path.match_indices("::") {
+                let name = path[end + separator.len()..].split("::").next().unwrap_or_default();
+                let is_passed_on = || krate.modules[face].imports.iter().any(|import| import.name == name);
+                if meaning(krate, from, &path[..end]) == Some(Meaning::Module(face)) && is_passed_on() {
+                    complaints.insert(format!(
+                        "{} takes {name} from {front}, which only passes it on",
+                        module.file
+                    ));
+                }
+            }
+        }
+    }
+    complaints.into_iter().collect()
+}
+
 #[test]
 #[allow(clippy::print_stdout, reason = "counts that `--nocapture` shows")]
 fn rooms_stay_few_and_so_do_the_arrows_between_them() {
@@ -79,6 +128,38 @@ fn rooms_stay_few_and_so_do_the_arrows_between_them() {
         println!("{}: {:?}, {} arrows, {} floors", bound.front, plan.rooms, plan.arrows.len(), plan.floors());
         assert!(plan.rooms.len() > 5, "{plan:?}");
         crate::assert_none(&plan.against(bound));
+    }
+}
+
+#[test]
+#[allow(clippy::print_stdout, reason = "counts that `--nocapture` shows")]
+fn rooms_of_other_languages_stay_few() {
+    let in_python = |path: &str| path.starts_with(imports::PYTHON) && tree::has_extension(path, "py");
+    let in_pages = |path: &str| path.starts_with(OF_PAGES.front) && tree::has_extension(path, "ts");
+    let [python, pages] = [tree::sources(in_python), tree::sources(in_pages)];
+    let arrows = [imports::of_python(&python), imports::of_typescript(&pages)];
+    for ((bound, sources), arrows) in [(OF_PYTHON, &python), (OF_PAGES, &pages)].into_iter().zip(arrows) {
+        let plan = Plan::between(sources.iter().map(|source| source.path.as_str()), arrows, bound.front);
+        println!("{}: {:?}, {} arrows, {} floors", bound.front, plan.rooms, plan.arrows.len(), plan.floors());
+        assert!(plan.rooms.len() > 5, "{plan:?}");
+        crate::assert_none(&plan.against(&bound));
+    }
+}
+
+#[test]
+fn files_take_things_from_where_they_are_defined() {
+    let crates = files::of_repository();
+    for front in PLAIN_NAMES {
+        let holds = |krate: &&Crate| krate.modules.iter().any(|module| module.file == front);
+        crate::assert_none(&against_faces(crates.iter().find(holds).expect("a crate has the folder"), front));
+    }
+    let complaints =
+        |text: &str| against_faces(&super::example("a/src/cloth/forces.rs", text), "a/src/cloth/mod.rs");
+    for text in ["use super::Mesh;", "fn f() { crate::cloth::Mesh::new() }"] {
+        assert_eq!(complaints(text).len(), 1, "{text}");
+    }
+    for text in ["use super::Cloth;", "use crate::mesh::Mesh;", "fn f() { super::step::run() }"] {
+        crate::assert_none(&complaints(text));
     }
 }
 

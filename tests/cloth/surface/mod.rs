@@ -16,3 +16,4 @@ pub(crate) mod energy;
 mod bodies;
 mod calls;
 mod placed;
+mod figures;

@@ -1,7 +1,8 @@
 //! Bodies at random: what they are made of, what acts on them, and how they are stepped.
 
 use nappe_scene::{
-    Body, ElementLaw, ForceText, GridPlane, Mass, Mesh, MovingPin, Pin, Rotate, SpringLaw, Springs, Transform,
+    Body, ElementLaw, ForceText, GridPlane, Mass, Mesh, MovingPin, Pin, Rotate, SpringLaw, Springs,
+    Stiffness, Transform,
 };
 use nappe_sim::{
     cloth::{Air, ElementKind, Hessian, Integrator, MinimizerKind},
@@ -52,7 +53,8 @@ pub(super) fn add(random: &mut Random, case: &mut Case, scale: Scale, number: us
     if has_triangles && random.chance(0.15) {
         let stiffness = mass * (scale.spacing / scale.dt).powi(2) * random.decades(1e-4, 1.0);
         let damping = if random.chance(0.5) { 0.0 } else { scale.dt * random.decades(1e-3, 0.3) };
-        body.laws = vec![ElementLaw { name: ElementKind::QuadraticBending, stiffness, damping }];
+        let (name, stiffness) = (ElementKind::QuadraticBending, Stiffness::One(stiffness));
+        body.laws = vec![ElementLaw { name, stiffness, damping, warp: None }];
     }
     if random.chance(0.15) {
         let on = Pin::Index(random.whole(0, count - 1));

@@ -3,6 +3,7 @@
 mod scenes;
 mod bodies;
 mod tally;
+mod figures;
 mod folded;
 mod twisted;
 mod stacked;
@@ -10,6 +11,7 @@ mod flung;
 mod linked;
 
 pub use bodies::{built, of_bodies};
+pub use figures::{RISE, THICKNESS, figure, sheet_on_a_plate};
 pub use flung::flung;
 pub use folded::{Folds, folded_twice};
 pub use linked::{Rings, linked_rings};

@@ -26,7 +26,7 @@ const SOURCES: [&str; 12] = [
     "viewer/rerun",
     "client/Cargo.toml",
     "client/src",
-    "client/cli/src/viewer",
+    "client/cli/src/outside/viewer",
     "client/cli/src/save/recording.rs",
     "proto/Cargo.toml",
     "proto/src",

@@ -199,6 +199,8 @@ mod tests {
             velocities: None,
             plastic_ratios: None,
             stress_norms: None,
+            forces: None,
+            accelerations: None,
             grid: None,
             dropped_count: 0,
             diagnostics: None,

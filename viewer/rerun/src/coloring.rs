@@ -39,12 +39,13 @@ impl ColorBy {
         }
     }
 
-    /// What shows an array.
-    pub const fn of(field: Field) -> Self {
+    /// What shows an array; none of those that are shown as arrows.
+    pub const fn of(field: Field) -> Option<Self> {
         match field {
-            Field::Velocities => Self::Speed,
-            Field::PlasticRatios => Self::PlasticRatio,
-            Field::StressNorms => Self::Stress,
+            Field::Velocities => Some(Self::Speed),
+            Field::PlasticRatios => Some(Self::PlasticRatio),
+            Field::StressNorms => Some(Self::Stress),
+            Field::Forces | Field::Accelerations => None,
         }
     }
 

@@ -142,6 +142,7 @@ mod tests {
             indices: vec![[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]],
             masses: vec![1.0, f32::NAN, 1.0, 0.0],
             velocities: vec![[0.0; 3], [0.0; 3], [f32::INFINITY, 0.0, 0.0], [0.0; 3]],
+            forces: Vec::new(),
             node_count: 4,
         };
         let positions: Vec<[f32; 3]> = nodes(&grid).iter().map(|node| node.position).collect();

@@ -25,6 +25,7 @@ mod extent;
 mod outline;
 mod collider;
 mod arrows;
+mod particle_arrows;
 mod camera;
 mod layout;
 mod recorder;

@@ -26,6 +26,7 @@ use crate::{
     layout::{self, APPLICATION, BodyKinds, TIME},
     loads,
     lock::lock,
+    particle_arrows::ParticleArrows,
     plots::{self, CLOTH, GENERAL},
     sdk::{
         Color, Decodable as _, RecordingStream, RecordingStreamBuilder, RecordingStreamError, SpawnError,
@@ -77,8 +78,9 @@ struct SceneView {
     colliders: Vec<ColliderView>,
     grid: GridView,
     bound: BoundLog,
-    /// Waits for the first frame, too.
+    /// Wait for the first frame, too: those of colliders, and those of particles.
     arrows: Option<ForceArrows>,
+    particle_arrows: Option<ParticleArrows>,
     /// The camera, the shapes of planes and the layout wait for the first frame, which tells how large the scene is;
     /// if snow shows only later, the layout is sent again.
     layout: Option<SentLayout>,
@@ -140,6 +142,7 @@ impl Recorder {
             grid: GridView::default(),
             bound: BoundLog::default(),
             arrows: None,
+            particle_arrows: None,
             layout: None,
         };
         for body in &scene.bodies {
@@ -198,6 +201,9 @@ impl Recorder {
         }
         if let Some(arrows) = &mut scene.arrows {
             arrows.log(&self.stream, &scene.colliders, frame)?;
+        }
+        if let Some(arrows) = &mut scene.particle_arrows {
+            arrows.log(&self.stream, points, frame)?;
         }
         if let Some(grid) = &frame.grid {
             scene.grid.log(&self.stream, grid)?;
@@ -275,6 +281,7 @@ impl SceneView {
         let arrows = ForceArrows::new(&self.colliders, bounds.radius());
         arrows.describe(stream)?;
         self.arrows = Some(arrows);
+        self.particle_arrows = Some(ParticleArrows::new(bounds.radius()));
         if kinds.has_cloth {
             plots::describe(stream, &CLOTH)?;
         }

@@ -1,15 +1,15 @@
 // The page that a server brings along: which of its parts is shown, and in which order it begins.
 
 import { connect, NappeError } from '../../../client/typescript/src/index.ts';
-import { admitted, enter, takeCode } from './access.ts';
-import { element } from './dom.ts';
-import { showList } from './list.ts';
-import { pass, stand } from './notice.ts';
-import { keptWarnings, takeScenes } from './own.ts';
-import type { Ray } from './ray.ts';
-import { SessionPage } from './session_page.ts';
-import { Themes } from './theme.ts';
-import { absent, lost, odd, unreadable } from './words.ts';
+import { admitted, enter, takeCode } from './live/access.ts';
+import { element } from './page/dom.ts';
+import { showList } from './live/list.ts';
+import { pass, stand } from './page/notice.ts';
+import { keptWarnings, takeScenes } from './live/own.ts';
+import type { Ray } from './picture/ray.ts';
+import { SessionPage } from './live/session_page.ts';
+import { Themes } from './page/theme.ts';
+import { absent, lost, odd, unreadable } from './live/words.ts';
 
 /** What scripts and tests may use. */
 interface Handles {

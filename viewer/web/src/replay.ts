@@ -1,23 +1,23 @@
 // The page that replays a recording: what it is made of, and in which order it begins.
 
-import { type Motion, bodyBounds, motionBounds, poseBounds } from './camera.ts';
-import { connect } from './controls.ts';
-import { element } from './dom.ts';
-import { describe, showFacts } from './facts.ts';
-import type { Bounds } from './geometry.ts';
-import { FormatError } from './json.ts';
-import { showLegend } from './legend.ts';
-import { Links } from './links.ts';
+import { type Motion, bodyBounds, motionBounds, poseBounds } from './picture/camera.ts';
+import { connect } from './recording/controls.ts';
+import { element } from './page/dom.ts';
+import { describe, showFacts } from './recording/facts.ts';
+import type { Bounds } from './picture/geometry.ts';
+import { FormatError } from './page/json.ts';
+import { showLegend } from './picture/legend.ts';
+import { Links } from './recording/links.ts';
 import { PackedError } from '../../../client/typescript/src/packed.ts';
-import { Player } from './player.ts';
-import { Plots } from './plots.ts';
-import { Recording, frameAt } from './recording.ts';
-import { csv, download, fileName } from './save.ts';
+import { Player } from './recording/player.ts';
+import { Plots } from './plots/plots.ts';
+import { Recording, frameAt } from './recording/recording.ts';
+import { csv, download, fileName } from './recording/save.ts';
 import type { Frame, Pose } from './scene.ts';
-import { Stage } from './stage.ts';
-import { Themes } from './theme.ts';
-import { View } from './view.ts';
-import type { Picture } from './viewing.ts';
+import { Stage } from './picture/stage.ts';
+import { Themes } from './page/theme.ts';
+import { View } from './picture/view.ts';
+import type { Picture } from './picture/viewing.ts';
 
 /** What scripts and tests may use. */
 interface Handles {
@@ -26,6 +26,10 @@ interface Handles {
   /** Resolves when the frame is drawn. */
   seek(index: number): Promise<void>;
   frameCount: number;
+  /** Of the frames (s). */
+  times: readonly number[];
+  /** A frame as the button saves it, in the colours of the whole recording: an address that holds a PNG. */
+  picture(index: number): Promise<string>;
   /** Positions of the shown frame (m). */
   positions(): Float32Array;
   litShare(): number;
@@ -65,6 +69,7 @@ async function start(handles: Handles, themes: Themes): Promise<void> {
 
   describe(recording);
   handles.frameCount = recording.frameCount;
+  handles.times = recording.facts.map(({ time }) => time);
   if (recording.frameCount === 0) return say('This recording holds no frame.');
   try {
     await run(recording, handles, themes);
@@ -124,7 +129,30 @@ async function run(recording: Recording, handles: Handles, themes: Themes): Prom
   if (linked.camera !== null) picture?.view.lookFrom(linked.camera);
   await player.seek(linked.time === null ? 0 : nearest(recording, linked.time));
   if (!calm && linked.time === null) player.play();
-  if (picture !== null) setScale(recording, picture).catch(failed);
+  if (picture === null) return;
+  const scaled = setScale(recording, picture);
+  scaled.catch(failed);
+  handles.picture = async (index) => {
+    await scaled;
+    await seek(index);
+    return address(await picture.stage.png(paper()));
+  };
+}
+
+/** An address that holds a file. */
+function address(file: Blob | null): Promise<string> {
+  return new Promise((resolve, reject) => {
+    if (file === null) return reject(new Error('the browser makes no PNG'));
+    const reader = new FileReader();
+    reader.onload = () => resolve(String(reader.result));
+    reader.onerror = () => reject(new Error('the PNG cannot be read'));
+    reader.readAsDataURL(file);
+  });
+}
+
+/** The colour behind the picture. */
+function paper(): string {
+  return getComputedStyle(document.body).backgroundColor;
 }
 
 /** The picture of the first frame; null, and a message, if this browser draws none. */
@@ -177,8 +205,7 @@ function saves(recording: Recording, player: Player, picture: Picture | null) {
   return {
     savePicture: () => {
       const time = recording.facts[player.index].time;
-      const background = getComputedStyle(document.body).backgroundColor;
-      void picture?.stage.png(background).then((blob) => {
+      void picture?.stage.png(paper()).then((blob) => {
         if (blob !== null) download(name(`-${Number(time.toFixed(6))}s.png`), blob);
       });
     },
@@ -223,6 +250,8 @@ const handles: Handles = {
   ready: Promise.resolve(),
   seek: () => Promise.reject(new Error('there is no frame')),
   frameCount: 0,
+  times: [],
+  picture: () => Promise.reject(new Error('there is no picture')),
   positions: () => new Float32Array(0),
   litShare: () => 0,
   gridShares: () => [],

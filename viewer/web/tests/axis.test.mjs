@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { load } from './bundle.mjs';
 
-const { isWide, linear, logarithmic } = await load('src/axis.ts');
-const { timeDigits } = await load('src/numbers.ts');
+const { isWide, linear, logarithmic } = await load('src/plots/axis.ts');
+const { timeDigits } = await load('src/page/numbers.ts');
 
 const FALL = Array.from({ length: 60 }, (_, i) => 12 * (i / 60) ** 2);
 const EXPLOSION = Array.from({ length: 41 }, (_, i) => 10 ** i);

@@ -6,10 +6,13 @@ import { test } from 'node:test';
 import { load } from './bundle.mjs';
 import { box } from './solids.mjs';
 
-const { Colliders } = await load('src/colliders.ts');
-const { meshShape } = await load('src/extent.ts');
-const { readPoses } = await load('src/poses.ts');
-const { Bounds } = await load('src/geometry.ts');
+const { Colliders } = await load('src/picture/colliders.ts');
+const { meshShape } = await load('src/picture/extent.ts');
+const { readPoses } = await load('src/recording/poses.ts');
+const { Bounds } = await load('src/picture/geometry.ts');
+const { readHead } = await load('src/recording/head.ts');
+const { sceneOf } = await load('src/live/live_scene.ts');
+const { ColliderShapeSchema } = await load('../../client/typescript/src/gen/nappe/v1/frame_pb.ts');
 
 const ORIGIN = [2, 0, -1];
 const STILL = [0, 0, 0];
@@ -73,6 +76,32 @@ test('a mesh turns about its reference point, and grounds turn about their own',
     const colliders = drawn(shape);
     colliders.update({ time: 0, poses: [pose] });
     near(world(colliders, [0, 0, 0]), middle, shape.kind);
+  }
+});
+
+/** Numbers of each shape of the contract but a mesh, under the names of the contract. */
+const SHAPES = {
+  plane: { point: [0, 1, 0], normal: [0, 1, 0] },
+  sphere: { center: [1, 2, 3], radius: 0.5 },
+  capsule: { start: [0, 0, 0], end: [0, 1, 0], radius: 0.25 },
+  box: { center: [1, 2, 3], half_extent: [1, 2, 0.5], axis_x: [1, 0, 0], axis_y: [0, 0, 1] },
+  cylinder: { start: [0, 0, 0], end: [0, 1, 0], radius: 0.25 },
+  half_pipe: { point: [0, 2, 0], axis: [0, 0, 1], up: [0, 1, 0], radius: 2 },
+};
+
+test('every shape of the contract is read from a stream and from a file, and drawn', async () => {
+  const shapes = ColliderShapeSchema.oneofs.find(({ name }) => name === 'shape').fields;
+  assert.deepEqual(shapes.map(({ name }) => name).sort(), [...Object.keys(SHAPES), 'mesh'].sort());
+  const asSent = (number) => (Array.isArray(number) ? { x: number[0], y: number[1], z: number[2] } : number);
+  for (const { name, localName, message } of shapes.filter((shape) => shape.name !== 'mesh')) {
+    const shape = { kind: name, ...SHAPES[name] };
+    const value = Object.fromEntries(message.fields.map((field) => [field.localName, asSent(SHAPES[name][field.name])]));
+    const sent = { name: 'it', velocity: { x: 0, y: 0, z: 0 }, shape: { case: localName, value } };
+    const { colliders } = sceneOf('a stream', { particleCount: 0, bodies: [], colliders: [sent] });
+    assert.deepEqual(colliders, [{ name: 'it', velocity: STILL, shape }]);
+    const { scene } = await readHead({ format: 1, title: 'a file', particles: 0, bodies: [], colliders: [{ name: 'it', velocity: STILL, shape }] });
+    assert.deepEqual(scene.colliders, colliders);
+    assert.equal(drawn(shape).objects.length, 1);
   }
 });
 

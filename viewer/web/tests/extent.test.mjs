@@ -5,9 +5,9 @@ import { test } from 'node:test';
 import { load } from './bundle.mjs';
 import { ball } from './solids.mjs';
 
-const { addExtent, hides, meshShape, placed } = await load('src/extent.ts');
-const { begun, poseBounds, sceneBounds } = await load('src/camera.ts');
-const { Bounds } = await load('src/geometry.ts');
+const { addExtent, hides, meshShape, placed } = await load('src/picture/extent.ts');
+const { begun, poseBounds, sceneBounds } = await load('src/picture/camera.ts');
+const { Bounds } = await load('src/picture/geometry.ts');
 
 const CENTER = [0.8, 0.8, 1.3];
 const RADIUS = 0.7;

@@ -5,8 +5,8 @@ import { test } from 'node:test';
 import { load } from './bundle.mjs';
 import { ball, box, torus } from './solids.mjs';
 
-const { facets } = await load('src/facets.ts');
-const { meshShape } = await load('src/extent.ts');
+const { facets } = await load('src/picture/facets.ts');
+const { meshShape } = await load('src/picture/extent.ts');
 
 const shape = ({ points, triangles }) => meshShape(Float32Array.from(points.flat()), Uint32Array.from(triangles.flat()));
 const triples = (flat) => Array.from({ length: flat.length / 3 }, (_, i) => flat.slice(3 * i, 3 * i + 3));

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { load } from './bundle.mjs';
 
-const { Meshes, Refused, checkSize, meshPaths, sceneAmong, withUploads } = await load('src/files.ts');
+const { Meshes, Refused, checkSize, meshPaths, sceneAmong, withUploads } = await load('src/live/files.ts');
 
 const given = (...paths) => paths.map((path) => ({ path, file: new File(['x'], path.split('/').pop()) }));
 const refused = (doing, file, why) => assert.throws(doing, (error) => error instanceof Refused && error.file === file && why.test(error.why));

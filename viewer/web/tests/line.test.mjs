@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { load } from './bundle.mjs';
 
-const { Line, isTold, rateFor } = await load('src/line.ts');
-const { Minute } = await load('src/minute.ts');
+const { Line, isTold, rateFor } = await load('src/live/line.ts');
+const { Minute } = await load('src/plots/minute.ts');
 
 test('frames, bytes and what was left out are those of the last second', () => {
   const line = new Line();

@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { load } from './bundle.mjs';
 
-const { readLink, writeLink } = await load('src/link.ts');
-const { csv, fileName } = await load('src/save.ts');
+const { readLink, writeLink } = await load('src/recording/link.ts');
+const { csv, fileName } = await load('src/recording/save.ts');
 
 test('a link says what it was made of', () => {
   const camera = { eye: [1.25, -2.5, 1e5], target: [0, 1e-3, -7] };

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { PerspectiveCamera, Vector3 } from 'three';
 import { load } from './bundle.mjs';
 
-const { rayThrough } = await load('src/ray.ts');
+const { rayThrough } = await load('src/picture/ray.ts');
 const PICTURE = { left: 120, top: 40, width: 800, height: 500 };
 
 function camera() {

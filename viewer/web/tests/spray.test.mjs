@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { load } from './bundle.mjs';
 
-const { Spray } = await load('src/spray.ts');
-const { bodyBounds } = await load('src/camera.ts');
+const { Spray } = await load('src/picture/spray.ts');
+const { bodyBounds } = await load('src/picture/camera.ts');
 
 const SIDE = 0.02;
 const ACROSS = 10;

@@ -11,7 +11,7 @@ use nappe_sim::{
     world::WorldSetup,
 };
 
-use crate::error::{CliError, Result};
+use crate::words::error::{CliError, Result};
 
 /// Particles per cell.
 const PER_CELL: f64 = 8.0;

@@ -18,7 +18,7 @@ use super::{
     timings::{self, StepCounts, Timing},
     triad,
 };
-use crate::{
+use crate::words::{
     error::Result,
     output::{self, Column, Format, OutputArgs},
 };
@@ -61,7 +61,7 @@ struct ClothRow {
     /// Median seconds of each stage that takes any.
     stages: BTreeMap<&'static str, f64>,
     /// Bytes that an iteration of the solver moves if no vector stays in cache, write-allocates included; of implicit
-    /// steps.
+    /// steps of springs.
     bytes_per_iteration: Option<f64>,
     /// These bytes per second of the solve, over those of a triad on the same threads in the same run: more than 1
     /// where caches hold part of it.
@@ -80,7 +80,7 @@ struct Case {
 /// # Errors
 /// When a run fails.
 pub(crate) fn run(args: &ClothArgs) -> Result<()> {
-    let (network, irregular) = (sheet::network, sheet::irregular);
+    let (network, irregular, fabric) = (sheet::network, sheet::irregular, sheet::membrane_plate);
     let case = |name, integrator, make: fn(usize) -> Network| Case {
         name,
         integrator,
@@ -89,6 +89,7 @@ pub(crate) fn run(args: &ClothArgs) -> Result<()> {
     let cases = [
         case("implicit_euler", Integrator::ImplicitEuler, network),
         case("implicit_euler_irregular", Integrator::ImplicitEuler, irregular),
+        case("membrane_plate", Integrator::ImplicitEuler, fabric),
         case("symplectic_euler", Integrator::SymplecticEuler, network),
     ];
 
@@ -127,7 +128,8 @@ fn cloth_row(
     let median_seconds = sample::median(timing.samples.iter().map(|s| s.seconds));
     let ratios = single.samples.iter().zip(&timing.samples).map(|(one, many)| one.seconds / many.seconds);
     let stages = sample::named_stages(&timing.samples);
-    let bytes_per_iteration = integrator.is_implicit().then(|| bytes_per_iteration(network, precision));
+    let is_counted = integrator.is_implicit() && network.elements.is_empty();
+    let bytes_per_iteration = is_counted.then(|| bytes_per_iteration(network, precision));
     let solve = stages.get(Stage::Solve.name()).copied();
     ClothRow {
         row: Row {
@@ -197,7 +199,7 @@ fn text(rows: &[ClothRow]) -> String {
 
     let size = rows.first().map_or_else(String::new, |row| {
         format!(
-            "{} particles, {} springs (stretch, shear, bend); implicit: dt {} s, {} iterations from zero; explicit: half of the stable step.\n\n",
+            "{} particles, {} springs (stretch, shear, bend); implicit: dt {} s, {} iterations from zero; explicit: half of the stable step; membrane_plate: those laws in place of springs.\n\n",
             output::count(row.row.particles as u64),
             output::count(row.springs as u64),
             sheet::IMPLICIT_DT,

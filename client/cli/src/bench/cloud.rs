@@ -4,7 +4,7 @@ use nappe_client::{Client, MeshUpload};
 use nappe_scene::{Body, Mass, Mesh, Scene};
 use nappe_sim::cloth::Integrator;
 
-use crate::error::Result;
+use crate::words::error::Result;
 
 /// A scene of free particles, whose step is `dt` (s), with a frame every `frame_interval` steps.
 ///

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use nappe_sim::math::{SimdLevel, force_simd_level};
 
-use crate::error::{CliError, Result};
+use crate::words::error::{CliError, Result};
 
 /// Instructions of vectors on x86-64.
 #[derive(Clone, Copy, Debug, ValueEnum)]

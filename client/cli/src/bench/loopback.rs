@@ -9,7 +9,7 @@ use std::{
 };
 
 use super::process;
-use crate::error::{CliError, Result};
+use crate::words::error::{CliError, Result};
 
 /// Frames that are sent in turn, as many as keep a processor's cache from holding them all.
 const FRAMES: usize = 16;

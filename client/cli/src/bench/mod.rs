@@ -25,7 +25,7 @@ mod serve;
 
 use clap::{Args, Subcommand};
 
-use crate::error::Result;
+use crate::words::error::Result;
 
 /// Measure what this machine does
 #[derive(Args, Debug)]

@@ -15,9 +15,11 @@ use serde::Serialize;
 use super::sample;
 use crate::{
     compute::Embedded,
-    error::{CliError, Result},
-    output::{self, Column, Format, OutputArgs},
-    remote,
+    outside::remote,
+    words::{
+        error::{CliError, Result},
+        output::{self, Column, Format, OutputArgs},
+    },
 };
 
 /// Frames of a scene that are computed, if it has as many; the second half is packed, in which something moves.

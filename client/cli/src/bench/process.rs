@@ -7,7 +7,7 @@ use std::{
 
 use nappe_client::Client;
 
-use crate::error::{CliError, Result};
+use crate::words::error::{CliError, Result};
 
 /// Ticks per second in which Linux counts processor time.
 const TICKS_PER_SECOND: f64 = 100.0;

@@ -16,9 +16,11 @@ use super::{
     sample,
 };
 use crate::{
-    error::Result,
-    output::{self, Column, Format, OutputArgs},
-    remote,
+    outside::remote,
+    words::{
+        error::Result,
+        output::{self, Column, Format, OutputArgs},
+    },
 };
 
 /// Particles of the sessions that live watchers watch.

@@ -4,7 +4,7 @@
 //! Reads a number of particles per side; writes a world ready to be built.
 
 use nappe_sim::{
-    cloth::{ClothSettings, Integrator, Network, SpringLaw, SpringRules},
+    cloth::{ClothSettings, ElementKind, ElementList, Integrator, Network, SpringLaw, SpringRules},
     linalg::{SolverSettings, Stop},
     math::Precision,
     mesh::TriangleMesh,
@@ -13,7 +13,7 @@ use nappe_sim::{
 };
 
 use super::timings;
-use crate::error::Result;
+use crate::words::error::Result;
 
 /// Distance between neighbours (m).
 const SPACING: f64 = 0.01;
@@ -37,6 +37,22 @@ pub(crate) fn network(side: usize) -> Network {
     let mesh = TriangleMesh::grid(side, side, SPACING);
     let mut network = Network::from_lattice(&mesh, [side, side], &rules, MASS);
     network.pins = vec![0, side as u32 - 1];
+    network
+}
+
+/// Bending stiffness of the sheet of a fabric (N m), and its damping (N m s).
+const BENDING: SpringLaw = SpringLaw { stiffness: 1e-5, damping: 1e-7 };
+
+/// The square sheet of that side with a membrane and a plate in place of springs.
+pub(crate) fn membrane_plate(side: usize) -> Network {
+    let mut network = network(side);
+    network.springs.clear();
+    let mesh = TriangleMesh::grid(side, side, SPACING);
+    let law = SpringLaw { stiffness: STIFFNESS, damping: DAMPING };
+    network.elements = vec![
+        ElementList::new(ElementKind::Membrane, law, &mesh),
+        ElementList::new(ElementKind::Plate, BENDING, &mesh),
+    ];
     network
 }
 
@@ -170,6 +186,13 @@ mod tests {
         let (square, irregular) = (network(60).springs.len() as f64, irregular(60).springs.len() as f64);
         // Of small sheets, more particles lie on the border.
         assert!((irregular / square - 1.0).abs() < 0.1, "{irregular} and {square} springs");
+    }
+
+    #[test]
+    fn a_sheet_of_a_fabric_has_both_laws_on_every_triangle() {
+        let network = membrane_plate(9);
+        let corners: Vec<usize> = network.elements.iter().map(ElementList::corner_count).collect();
+        assert_eq!((network.springs.len(), corners), (0, vec![3 * 128, 6 * 128]));
     }
 
     #[test]

@@ -19,9 +19,11 @@ use super::{
     triad,
 };
 use crate::{
-    args::PrecisionName,
-    error::Result,
-    output::{self, Column, Format, OutputArgs},
+    options::args::PrecisionName,
+    words::{
+        error::Result,
+        output::{self, Column, Format, OutputArgs},
+    },
 };
 
 /// Particles timed in binary64 unless a precision is given.

@@ -16,7 +16,7 @@ use super::{
     sample, sheet,
     timings::{self, StepCounts, Timing},
 };
-use crate::{
+use crate::words::{
     error::Result,
     output::{self, Column, Format, OutputArgs},
 };

@@ -16,9 +16,11 @@ use super::{
     timings::{self, StepCounts},
 };
 use crate::{
-    args::PrecisionName,
-    error::Result,
-    output::{self, Column, Format, OutputArgs},
+    options::args::PrecisionName,
+    words::{
+        error::Result,
+        output::{self, Column, Format, OutputArgs},
+    },
 };
 
 /// Seconds per frame of 300 000 particles in Stomakhin et al. 2013: 5.2 minutes.

@@ -14,9 +14,11 @@ use serde::Serialize;
 use super::{cloud::cloud, row::Row, sample};
 use crate::{
     compute::Embedded,
-    error::{CliError, Result},
-    output::{self, Column, Format, OutputArgs},
-    remote,
+    outside::remote,
+    words::{
+        error::{CliError, Result},
+        output::{self, Column, Format, OutputArgs},
+    },
 };
 
 /// Bytes per particle of a frame: a position in binary32.

@@ -15,9 +15,11 @@ use super::{
     timings::{self, StepCounts, Timing},
 };
 use crate::{
-    error::Result,
-    output::{self, Column},
-    scene::shipped_text,
+    scenes::scene::shipped_text,
+    words::{
+        error::Result,
+        output::{self, Column},
+    },
 };
 
 /// Distance that surfaces keep (m).

@@ -14,7 +14,7 @@ use nappe_sim::{
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::sample::{self, Sample};
-use crate::{
+use crate::words::{
     error::{CliError, Exit, Result},
     output,
 };

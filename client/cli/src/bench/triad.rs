@@ -6,7 +6,7 @@ use nappe_sim::parallel::triad;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::sample;
-use crate::{
+use crate::words::{
     error::{CliError, Result},
     output,
 };

@@ -18,9 +18,11 @@ use super::{
     timings::{self, StepCounts, Timing},
 };
 use crate::{
-    args::PrecisionName,
-    error::{CliError, Result},
-    output::{self, Column, Format, OutputArgs},
+    options::args::PrecisionName,
+    words::{
+        error::{CliError, Result},
+        output::{self, Column, Format, OutputArgs},
+    },
 };
 
 /// The table of Zara 2001: seconds of each stage and of a frame, beside the paper's own times

@@ -15,10 +15,9 @@ use super::{
     record,
 };
 use crate::{
-    error::{CliError, Result},
-    remote,
+    outside::{remote, viewer::Place},
     save::{Destination, Form, Recording, Sink},
-    viewer::Place,
+    words::error::{CliError, Result},
 };
 
 /// Rate of diagnostics when no frame is saved (Hz).
@@ -60,7 +59,7 @@ pub(crate) async fn drive(
     shown: Shown,
 ) -> Result<Driven> {
     let id = session.session_id.as_str();
-    let Some(Destination { path, form }) = destination else {
+    let Some(Destination { path, form, .. }) = destination else {
         let progress = Progress::start(session, shown);
         return until_end(client, session, &progress, Box::pin(play(client, id, &progress))).await;
     };

@@ -8,8 +8,8 @@ use nappe_client::Client;
 use nappe_server::{App, Config, Limits, RankSettings, TokenPlace};
 
 use crate::{
-    error::{CliError, Result},
-    viewer::Place,
+    outside::viewer::Place,
+    words::error::{CliError, Result},
 };
 
 /// How long the server waits for this command to take a frame (s): a disk may be slow.

@@ -18,13 +18,15 @@ use nappe_client::{Client, holds_snow};
 pub(crate) use self::embedded::Embedded;
 use self::{drive::Driven, progress::Shown, resume::Resumed, start::SavedFrame, summary::Summary};
 use crate::{
-    args::{ComputeArgs, OtherServerArgs, OverrideArgs, TokenArgs},
-    error::{Exit, Result},
-    output::{self, Format},
-    paths, remote,
+    files::paths,
+    options::args::{ComputeArgs, OtherServerArgs, OverrideArgs, TokenArgs},
+    outside::{remote, viewer::Place},
     save::{Beside, Destination},
-    scene::{self, Input},
-    viewer::Place,
+    scenes::scene::{self, Input},
+    words::{
+        error::{Exit, Result},
+        output::{self, Format},
+    },
 };
 
 /// Which server computes.
@@ -71,7 +73,9 @@ pub(crate) async fn compute(
     format: Format,
 ) -> Result<()> {
     // First, so that a path that cannot be written is known before hours are computed.
-    args.fields.check(args.save.as_deref().or(args.resume.as_deref()))?;
+    let save = args.save.as_deref().or(args.resume.as_deref());
+    args.fields.check(save)?;
+    args.picture.check(save)?;
     let shown = if args.quiet { Shown::Nothing } else { Shown::Progress };
     let (run, destination) = if let Some(folder) = &args.resume {
         let resumed = Resumed::find(folder, scene)?;
@@ -125,7 +129,7 @@ async fn destination(scene: &Input, args: &ComputeArgs) -> Result<Option<Destina
         }
         (None, None) => return Ok(None),
     };
-    let beside = Beside { scene: Some(scene), table };
+    let beside = Beside { scene: Some(scene), table, picture: args.picture };
     Destination::open(path, args.force.existing(), &args.fields, beside).await.map(Some)
 }
 
@@ -153,13 +157,18 @@ async fn compute_on(
         None => None,
     };
     let session = scene.create(client, String::new(), overrides, begun.as_ref()).await?;
-    let driven = match start.as_ref().map_or(Ok(()), |start| start.check(&session)) {
+    let begins = start.as_ref().map_or(Ok(()), |start| start.check(&session));
+    let has_all = destination.as_ref().map_or(Ok(()), |destination| destination.check(&session));
+    let driven = match begins.and(has_all) {
         Ok(()) => drive::drive(client, place, &session, destination.as_mut(), *shown).await,
         Err(error) => Err(error),
     };
     let told = driven.as_ref().ok().and_then(|driven| driven.told);
     let failure = driven.as_ref().ok().and_then(|driven| driven.session.failure.as_ref());
-    let saved = destination.map(|destination| destination.finish(told, failure));
+    let saved = match destination {
+        Some(destination) => Some(Box::pin(destination.finish(told, failure)).await),
+        None => None,
+    };
 
     // A remote server is left as it was found, also after a failure. An error of the drive is reported first.
     let deleted = client.delete_session(&session.session_id).await;

@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::output;
+use crate::words::output;
 
 /// For how long steps count at least for the time that is left; at most for twice as long.
 const RECENT: Duration = Duration::from_secs(30);

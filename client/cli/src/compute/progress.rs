@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use nappe_client::v1;
 
 use super::pace::Pace;
-use crate::{diagnostics, output};
+use crate::words::{diagnostics, output};
 
 /// Time between two lines.
 const INTERVAL: Duration = Duration::from_secs(10);

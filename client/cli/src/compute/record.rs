@@ -7,10 +7,12 @@ use std::{future::Future, path::Path, time::Duration};
 use nappe_client::{Client, v1};
 
 use crate::{
-    error::{CliError, Result},
-    output,
+    outside::viewer::{Child, Failure, Place},
     save::Recording,
-    viewer::{Child, Failure, Place},
+    words::{
+        error::{CliError, Result},
+        output,
+    },
 };
 
 /// How long a viewer may take until it watches.

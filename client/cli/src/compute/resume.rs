@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 
 use super::start::{SavedFrame, frames};
 use crate::{
-    error::{CliError, Result},
-    frame_notes::FrameNotes,
-    output,
+    files::frame_notes::FrameNotes,
     save::Reached,
-    scene::Input,
+    scenes::scene::Input,
+    words::{
+        error::{CliError, Result},
+        output,
+    },
 };
 
 /// Options that one to go on in a folder takes the place of: with a value, and without.

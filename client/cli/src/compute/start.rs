@@ -12,10 +12,12 @@ use nappe_scene::{
 };
 
 use crate::{
-    error::{CliError, Result},
-    frame_notes::FrameNotes,
-    output,
-    scene::Begun,
+    files::frame_notes::FrameNotes,
+    scenes::scene::Begun,
+    words::{
+        error::{CliError, Result},
+        output,
+    },
 };
 
 /// A saved frame: what it says of itself, and places and velocities of all particles.

@@ -11,10 +11,13 @@ use serde::Serialize;
 
 use super::drive::{DriveEnd, Driven};
 use crate::{
-    diagnostics,
-    error::{CliError, Exit, Result},
-    output::{self, Column, Format},
-    session,
+    files::paths,
+    words::{
+        diagnostics,
+        error::{CliError, Exit, Result},
+        output::{self, Column, Format},
+        session,
+    },
 };
 
 /// The result of a run. Where it began at a saved frame, steps and time count from the start of the scene, and all else from the
@@ -216,8 +219,13 @@ impl Summary {
             rows.push(("state hash", hash.clone()));
         }
         if let Some(saved) = &self.saved {
-            let frames = output::several(self.frames, "frame");
-            rows.push(("saved", format!("{frames} in {}", saved.display())));
+            // A picture holds no frames.
+            let frames = if paths::is_drawn(saved) {
+                String::new()
+            } else {
+                format!("{} in ", output::several(self.frames, "frame"))
+            };
+            rows.push(("saved", format!("{frames}{}", saved.display())));
         }
 
         let rows: Vec<Vec<String>> =

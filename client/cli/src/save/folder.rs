@@ -1,8 +1,9 @@
 //! A folder with PLY files: per frame one of the particles, and one of the snow's grid if it is kept.
 //!
-//! Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa), in the
-//! precision of the session: binary64 holds its exact state. Nodes of the grid, in binary32: x, y, z (m), mass (kg),
-//! vx, vy, vz (m/s). The surfaces of all mesh colliders at time 0 stand once in colliders.ply, if there are any.
+//! Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1), stress_norm (Pa), fx, fy, fz (N)
+//! and ax, ay, az (m/s²), in the precision of the session: binary64 holds its exact state. Nodes of the grid, in binary32:
+//! x, y, z (m), mass (kg), vx, vy, vz (m/s) and, where forces are kept, fx, fy, fz (N). The surfaces of all mesh colliders
+//! at time 0 stand once in colliders.ply, if there are any.
 //!
 //! Each file is whole. Where frames of another run are to be replaced, the new ones stand in a folder within until the end. Where a
 //! run goes on that was saved there, its frames follow those that are there.
@@ -20,14 +21,19 @@ use super::{
     surfaces::Surfaces,
 };
 use crate::{
-    error::{CliError, Result},
-    fields::FieldsArgs,
-    frame_notes,
-    write::{self, Existing},
+    files::{
+        frame_notes,
+        write::{self, Existing},
+    },
+    options::fields::FieldsArgs,
+    words::error::{CliError, Result},
 };
 
 /// Properties of a PLY file that hold a velocity (m/s).
 const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
+/// Those that hold a force (N), and an acceleration (m/s²).
+const FORCE: [&str; 3] = ["fx", "fy", "fz"];
+const ACCELERATION: [&str; 3] = ["ax", "ay", "az"];
 
 /// How far the run has come that was saved in a folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -141,6 +147,8 @@ impl Folder {
             property(&VELOCITY, frame.velocities.as_ref().map(vectors)),
             property(&["plastic_ratio"], frame.plastic_ratios.as_ref().map(scalars)),
             property(&["stress_norm"], frame.stress_norms.as_ref().map(scalars)),
+            property(&FORCE, frame.forces.as_ref().map(vectors)),
+            property(&ACCELERATION, frame.accelerations.as_ref().map(vectors)),
         ]
         .into_iter()
         .flatten()
@@ -184,12 +192,17 @@ impl Folder {
 
     fn write_grid(&self, frame: &Frame, grid: &GridFrame) -> Result<()> {
         let positions: Vec<f32> = grid.positions().flatten().collect();
+        let mut properties = vec![
+            PlyProperty { names: &["mass"], values: PlyNumbers::F32(&grid.masses) },
+            PlyProperty { names: &VELOCITY, values: PlyNumbers::F32(grid.velocities.as_flattened()) },
+        ];
+        if frame.forces.is_some() && grid.forces.len() == grid.len() {
+            properties
+                .push(PlyProperty { names: &FORCE, values: PlyNumbers::F32(grid.forces.as_flattened()) });
+        }
         let nodes = PlyFrame {
             positions: PlyNumbers::F32(&positions),
-            properties: &[
-                PlyProperty { names: &["mass"], values: PlyNumbers::F32(&grid.masses) },
-                PlyProperty { names: &VELOCITY, values: PlyNumbers::F32(grid.velocities.as_flattened()) },
-            ],
+            properties: &properties,
             triangles: &[],
             step: frame.step,
             time: frame.time,

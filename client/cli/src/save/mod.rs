@@ -1,7 +1,8 @@
-//! Where frames are kept: an HTML file, a folder with PLY files, files for ParaView, a scene of USD, a table, or a Rerun recording.
+//! Where frames are kept: an HTML file, a folder with PLY files, files for ParaView, a scene of USD, a table, a picture, or a
+//! Rerun recording.
 //!
 //! Every frame that comes is kept. All but a recording are written here; a recording by `nappe-viewer`, which this command
-//! starts.
+//! starts. A picture and a film are drawn at the end, by a browser, of an HTML file that then goes.
 
 mod surfaces;
 mod room;
@@ -11,23 +12,23 @@ mod html;
 mod vtk;
 mod usd;
 mod table;
+mod picture;
 mod recording;
 
 use std::path::{Path, PathBuf};
 
 use nappe_client::{Frame, SessionEnd, Topology, WatchOptions, v1};
 
-use self::{folder::Folder, html::Html, table::Table, usd::Usd, vtk::Vtk};
+use self::{folder::Folder, html::Html, picture::Picture, table::Table, usd::Usd, vtk::Vtk};
 pub(crate) use self::{
     folder::Reached,
     recording::{File, Recording},
 };
 use crate::{
-    error::{CliError, Result},
-    fields::FieldsArgs,
-    paths,
-    scene::Input,
-    write::Existing,
+    files::{paths, write::Existing},
+    options::{fields::FieldsArgs, picture_args::PictureArgs},
+    scenes::scene::Input,
+    words::error::{CliError, Result},
 };
 
 /// Where the frames of a session go.
@@ -36,6 +37,8 @@ pub(crate) struct Destination {
     pub(crate) path: PathBuf,
     /// Who writes it.
     pub(crate) form: Form,
+    /// The picture or the film that is drawn of it, where that is what is kept.
+    pub(crate) picture: Option<Box<Picture>>,
 }
 
 /// Who writes frames.
@@ -53,6 +56,8 @@ pub(crate) struct Beside<'a> {
     pub(crate) scene: Option<&'a Input>,
     /// Where a table goes, if one is kept.
     pub(crate) table: Option<&'a Path>,
+    /// What a picture or a film is asked for.
+    pub(crate) picture: PictureArgs,
 }
 
 /// What this command writes.
@@ -75,8 +80,8 @@ impl Destination {
     /// What the ending of a path says, a folder where there is none; and what is kept beside it.
     ///
     /// # Errors
-    /// When the path names none of them; when there is no viewer to record, the file or the folder cannot be made, or
-    /// a file or frames that are there stay.
+    /// When the path names none of them; when there is no viewer to record, or no browser to draw, the file or the folder
+    /// cannot be made, or a file or frames that are there stay.
     pub(crate) async fn open(
         path: &Path,
         existing: Existing,
@@ -88,23 +93,29 @@ impl Destination {
             Some(table) => Some(beside_of(table, path, existing)?),
             None => None,
         };
+        let picture = if paths::is_drawn(path) {
+            Some(Box::new(Picture::open(path, existing, beside.picture).await?))
+        } else {
+            None
+        };
         let form = if paths::is_recording(path) {
             let recording = Recording::prepare(path, existing, fields).await?;
             Form::Recording(Box::new(recording), table.map(Sink::Table))
         } else {
-            let sink = Sink::create(path, existing, fields, beside.scene)?;
+            let page = picture.as_ref().map(|picture| picture.page());
+            let sink = Sink::create(page.as_deref().unwrap_or(path), existing, fields, beside.scene)?;
             Form::Sink(match table {
                 Some(table) => Sink::Tabled(Box::new(sink), table),
                 None => sink,
             })
         };
-        Ok(Self { path: path.to_owned(), form })
+        Ok(Self { path: path.to_owned(), form, picture })
     }
 
     /// A folder in which a run goes on that was saved there.
     pub(crate) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Self {
         let sink = Sink::Folder(Box::new(Folder::going_on(path, fields, reached)));
-        Self { path: path.to_owned(), form: Form::Sink(sink) }
+        Self { path: path.to_owned(), form: Form::Sink(sink), picture: None }
     }
 
     /// The folder, if a run can go on from its frames.
@@ -115,13 +126,29 @@ impl Destination {
         }
     }
 
-    /// Closes what this command writes, with how the session ended or why it failed, if it did.
+    /// Checks that a session has what is to be drawn of it.
     ///
     /// # Errors
-    /// When its end cannot be written.
-    pub(crate) fn finish(self, end: Option<SessionEnd>, failure: Option<&v1::Failure>) -> Result<PathBuf> {
+    /// When it ends before the instant of a picture.
+    pub(crate) fn check(&self, session: &v1::Session) -> Result<()> {
+        self.picture.as_ref().map_or(Ok(()), |picture| picture.check(session))
+    }
+
+    /// Closes what this command writes, with how the session ended or why it failed, if it did; then draws it, if that is
+    /// what is kept.
+    ///
+    /// # Errors
+    /// When its end cannot be written, or it cannot be drawn.
+    pub(crate) async fn finish(
+        self,
+        end: Option<SessionEnd>,
+        failure: Option<&v1::Failure>,
+    ) -> Result<PathBuf> {
         if let Form::Sink(sink) | Form::Recording(_, Some(sink)) = self.form {
             sink.finish(end, failure)?;
+        }
+        if let Some(picture) = self.picture {
+            Box::pin(picture.draw()).await?;
         }
         Ok(self.path)
     }

@@ -6,11 +6,10 @@ use std::{
 };
 
 use crate::{
-    aside::Aside,
-    error::{CliError, Result},
-    fields::FieldsArgs,
-    viewer::{self, Child, Failure, Form, Place, Shown, Viewer},
-    write::Existing,
+    files::{aside::Aside, write::Existing},
+    options::fields::FieldsArgs,
+    outside::viewer::{self, Child, Failure, Form, Place, Shown, Viewer},
+    words::error::{CliError, Result},
 };
 
 /// A recording that can be made.

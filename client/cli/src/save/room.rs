@@ -8,8 +8,8 @@ use std::{
 };
 
 use crate::{
-    error::{CliError, Result},
-    write::Existing,
+    files::write::Existing,
+    words::error::{CliError, Result},
 };
 
 /// Where the frames are until they replace those of another run, within the folder.

@@ -6,10 +6,12 @@ use nappe_server::numbers::whole;
 use serde_json::json;
 
 use crate::{
-    args::SessionArgs,
-    error::Result,
-    output::{self, Format},
-    remote,
+    options::args::SessionArgs,
+    outside::remote,
+    words::{
+        error::Result,
+        output::{self, Format},
+    },
 };
 
 /// List or drop the changes of a session that wait for their step

@@ -12,16 +12,22 @@ use nappe_sim::math::Precision;
 use nappe_study::{Case, Chart, Effort, Measure, Request, Times, TimesError, add_coarser, line_names};
 
 use crate::{
-    args::PrecisionName,
-    chart::{
-        self,
-        several::{self, Charted},
-        words,
+    files::write::ForceArgs,
+    options::args::PrecisionName,
+    studies::{
+        chart::{
+            self,
+            several::{self, Charted},
+            words,
+        },
+        study::{
+            self, CoarserCopy, Folder, HASH_OF, LookArgs, Source, Subject, asked, files, measure, units,
+        },
     },
-    error::{CliError, Exit, Result},
-    output::{Format, OutputArgs},
-    study::{self, CoarserCopy, Folder, HASH_OF, LookArgs, Source, Subject, asked, files, measure, units},
-    write::ForceArgs,
+    words::{
+        error::{CliError, Exit, Result},
+        output::{Format, OutputArgs},
+    },
 };
 
 /// Chart error against cost: every method, on scenes of cloth or snow

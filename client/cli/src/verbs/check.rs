@@ -5,19 +5,29 @@ use std::fmt::Write;
 use clap::Args;
 use nappe_scene::{Built, Scene, SceneLimits};
 use nappe_sim::{
-    cloth::{Bending, Crossed, ElementList},
-    math::four_digits,
-    world::{BodySetup, SetupError, Simulation, WorldSetup},
+    cloth::{Bending, Crossed, ElementKind, ElementList, Network},
+    math::{
+        array::{cross, length, minus},
+        four_digits,
+    },
+    world::{BodySetup, SetupError, Simulation, StepBound, WorldSetup},
 };
 use serde::Serialize;
 
 use crate::{
-    error::{CliError, Result},
-    mesh_info::{Overlaps, PartCrossings},
-    meshes,
-    output::{self, Column, Format, OutputArgs},
-    study::Source,
+    scenes::{
+        mesh_info::{Overlaps, PartCrossings},
+        meshes,
+    },
+    studies::study::Source,
+    words::{
+        error::{CliError, Result},
+        output::{self, Column, Format, OutputArgs},
+    },
 };
+
+/// Gravity (m/s²) by which the length of folds is told.
+const GRAVITY: f64 = 9.81;
 
 /// Check a scene without computing it
 #[derive(Args, Debug)]
@@ -29,7 +39,8 @@ Examples:
 Of each collider that is a mesh it says the triangles, the holes that close_holes filled, the parts that no edge joins, and
 the volume of their union; it warns of parts that overlap, pass through themselves or are turned the wrong way. Of each body
 it says how often an edge crosses a triangle at the start, and the first such pair; with a thickness that is an error. Of each
-body under the law plate it says what its mesh makes of the bending stiffness, which the law makes up for.")]
+body under the law plate it says what its mesh makes of the bending stiffness, which the law makes up for, at which length it
+folds under its own weight, and how long an explicit step may be; it warns where edges are longer than folds.")]
 pub(crate) struct CheckArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -48,6 +59,10 @@ struct Checked<'a> {
     crossings: Vec<Crossing>,
     /// Bodies that bend as plates.
     bending: Vec<PlateBending>,
+    /// Their fabrics, and how they fold.
+    fabric: Vec<Folding>,
+    /// How long explicit steps of bodies may be.
+    bound: Vec<Bound>,
     warnings: Vec<String>,
 }
 
@@ -63,6 +78,28 @@ struct PlateBending {
     measured_triangles: usize,
     /// Curvatures of elements that nothing resists.
     dropped: usize,
+}
+
+/// How a body folds that bends as a plate.
+#[derive(Debug, Serialize)]
+struct Folding {
+    body: String,
+    /// Name of its fabric, where it has one.
+    preset: Option<String>,
+    /// The length (m) at which it folds under its own weight.
+    fold_length_m: f64,
+    /// The longest edge of its mesh (m).
+    longest_edge_m: f64,
+}
+
+/// How long an explicit step of a body may be at the start.
+#[derive(Debug, Serialize)]
+struct Bound {
+    body: String,
+    /// The longest stable step (s).
+    seconds: f64,
+    /// What a scene may say as its `substep` (s): 0.9 of it.
+    suggested_substep_s: f64,
 }
 
 /// A body whose surface crosses itself.
@@ -118,6 +155,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
         crossings: solid.parts.crossings.into(),
         volume: solid.volume,
     });
+    let fabric = foldings(&scene, &setup);
+    warnings.extend(fabric.iter().filter(|folding| !folding.is_fine()).map(too_coarse));
     let checked = Checked {
         scene: &args.scene,
         particles: simulation.particle_count(),
@@ -125,6 +164,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
         colliders: colliders.collect(),
         crossings: crossings(&setup),
         bending: bending(&setup),
+        fabric,
+        bound: simulation.step_bounds().into_iter().filter_map(bound).collect(),
         warnings,
     };
     meshes::note(&checked.warnings);
@@ -170,6 +211,73 @@ fn bending(setup: &WorldSetup) -> Vec<PlateBending> {
     setup.bodies.iter().flat_map(of_body).collect()
 }
 
+fn bound(StepBound { body, dt, .. }: StepBound) -> Option<Bound> {
+    dt.is_finite().then_some(Bound { body, seconds: dt, suggested_substep_s: 0.9 * dt })
+}
+
+impl Folding {
+    /// Whether its edges are short enough to fold as the cloth does.
+    fn is_fine(&self) -> bool {
+        self.longest_edge_m <= self.fold_length_m
+    }
+}
+
+fn foldings(scene: &Scene, setup: &WorldSetup) -> Vec<Folding> {
+    let of_body = |body: &BodySetup| {
+        let mut laws = body.network.elements.iter();
+        let plate = laws.find(|list| list.kind == ElementKind::Plate && list.law.stiffness > 0.0)?;
+        let stiffness = plate.law.stiffness;
+        let text = scene.bodies.iter().find(|text| text.name == body.name);
+        let (density, longest_edge_m) = density_and_longest_edge(&body.network)?;
+        Some(Folding {
+            body: body.name.clone(),
+            preset: text.and_then(|text| text.material.as_ref()).map(|material| material.preset.clone()),
+            fold_length_m: (stiffness / (GRAVITY * density)).cbrt(),
+            longest_edge_m,
+        })
+    };
+    setup.bodies.iter().filter_map(of_body).collect()
+}
+
+/// Mass per area (kg/m²) and the longest edge (m) of triangles as they lie; none without a mass or an area.
+fn density_and_longest_edge(network: &Network) -> Option<(f64, f64)> {
+    let (mut area, mut longest) = (0.0, 0.0);
+    for triangle in &network.triangles {
+        let [a, b, c] = triangle.map(|corner| network.x[corner as usize]);
+        let sides = [minus(b, a), minus(c, b), minus(a, c)];
+        area += 0.5 * length(cross(sides[0], sides[1]));
+        longest = sides.map(length).into_iter().fold(longest, f64::max);
+    }
+    let density = network.masses.iter().sum::<f64>() / area;
+    (density > 0.0 && density.is_finite()).then_some((density, longest))
+}
+
+fn too_coarse(Folding { body, fold_length_m, longest_edge_m, .. }: &Folding) -> String {
+    format!(
+        "body '{body}': edges are up to {} m long, more than the {} m at which it folds under its own weight: a finer mesh shows \
+         folds that this one cannot",
+        four_digits(*longest_edge_m),
+        four_digits(*fold_length_m)
+    )
+}
+
+fn folds(Folding { body, preset, fold_length_m, longest_edge_m }: &Folding, bounds: &[Bound]) -> String {
+    let of = preset.as_ref().map_or_else(String::new, |preset| format!("{preset}, which "));
+    let bound = bounds.iter().find(|bound| bound.body == *body);
+    let steps = bound.map_or_else(String::new, |Bound { seconds, suggested_substep_s, .. }| {
+        format!(
+            "; explicit steps are stable up to {} s: substep = {}",
+            four_digits(*seconds),
+            four_digits(*suggested_substep_s)
+        )
+    });
+    format!(
+        "body '{body}': {of}folds at {} m, with edges of up to {} m{steps}",
+        four_digits(*fold_length_m),
+        four_digits(*longest_edge_m)
+    )
+}
+
 fn in_a_sentence(PlateBending { body, factor, poisson, measured_triangles, .. }: &PlateBending) -> String {
     if *measured_triangles == 0 {
         return format!(
@@ -188,7 +296,7 @@ fn in_a_sentence(PlateBending { body, factor, poisson, measured_triangles, .. }:
 /// A sentence, one for each body that crosses itself or bends as a plate, and a table of the meshes of colliders.
 fn in_words(checked: &Checked<'_>) -> String {
     let count = |count: usize| output::count(count as u64);
-    let Checked { scene, particles, springs, colliders, crossings, bending, .. } = checked;
+    let Checked { scene, particles, springs, colliders, crossings, bending, fabric, bound, .. } = checked;
     let particles = output::several(*particles as u64, "particle");
     let springs = output::several(*springs as u64, "spring");
     let mut sentence = format!("{scene}: no errors; {particles}, {springs}");
@@ -197,6 +305,9 @@ fn in_words(checked: &Checked<'_>) -> String {
     }
     for of_body in bending {
         let _ = write!(sentence, "\n{}", in_a_sentence(of_body));
+    }
+    for folding in fabric {
+        let _ = write!(sentence, "\n{}", folds(folding, bound));
     }
     if colliders.is_empty() {
         return sentence;

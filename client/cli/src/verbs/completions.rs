@@ -7,10 +7,15 @@ use clap_complete::Shell;
 use tokio::time::timeout;
 
 use crate::{
-    args::ServerArgs,
-    completion::{self, Names},
-    error::{CliError, Result},
-    output, remote,
+    options::{
+        args::ServerArgs,
+        completion::{self, Names},
+    },
+    outside::remote,
+    words::{
+        error::{CliError, Result},
+        output,
+    },
 };
 
 /// How long a person who pressed Tab waits for a server.

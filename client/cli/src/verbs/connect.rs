@@ -16,11 +16,15 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::{
-    error::{CliError, Exit, Result},
-    output::{self, Format, OutputArgs},
-    remote,
-    ssh::{FarCommand, SshArgs},
-    web::{Link, LinkArgs},
+    outside::{
+        remote,
+        ssh::{FarCommand, SshArgs},
+        web::{Link, LinkArgs},
+    },
+    words::{
+        error::{CliError, Exit, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// Reach a server on another machine through ssh

@@ -10,11 +10,14 @@ use nappe_client::{Client, Scene as Sent, v1};
 use nappe_server::state::newest_state;
 
 use crate::{
-    args::{OverrideArgs, ServerArgs},
-    error::{CliError, Result},
-    meshes,
-    output::OutputArgs,
-    remote, scene, session as words,
+    options::args::{OverrideArgs, ServerArgs},
+    outside::remote,
+    scenes::{meshes, scene},
+    words::{
+        error::{CliError, Result},
+        output::OutputArgs,
+        session as words,
+    },
 };
 
 /// Make a session on a server

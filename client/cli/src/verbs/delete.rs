@@ -4,10 +4,12 @@ use clap::Args;
 use serde_json::json;
 
 use crate::{
-    args::SessionArgs,
-    error::Result,
-    output::{self, Format},
-    remote,
+    options::args::SessionArgs,
+    outside::remote,
+    words::{
+        error::Result,
+        output::{self, Format},
+    },
 };
 
 /// End a session and forget it

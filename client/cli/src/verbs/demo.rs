@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::{
-    args::ComputeArgs,
     compute::{self, Server},
-    error::Result,
-    output::{self, Format, OutputArgs},
-    paths, remote,
-    scene::{Input, Names},
-    write::ForceArgs,
+    files::{paths, write::ForceArgs},
+    options::args::ComputeArgs,
+    outside::remote,
+    scenes::scene::{Input, Names},
+    words::{
+        error::Result,
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// The scene shown.
@@ -74,6 +76,8 @@ fn what_next(saved: &Path) -> String {
         format!(
             "\nTo look at it: open {place} in Blender by File > Import > Universal Scene Description, or in usdview"
         )
+    } else if paths::is_drawn(saved) {
+        format!("\nTo look at it: open {place}")
     } else if paths::is_table(saved) {
         format!("\n{place} holds one row per frame.")
     } else {

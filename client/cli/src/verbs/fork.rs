@@ -3,7 +3,11 @@
 use clap::Args;
 use nappe_server::numbers::whole;
 
-use crate::{args::SessionArgs, error::Result, remote, session as words};
+use crate::{
+    options::args::SessionArgs,
+    outside::remote,
+    words::{error::Result, session as words},
+};
 
 /// Copy a session as it stands, to go on with other parameters
 ///

@@ -3,10 +3,13 @@
 use clap::Args;
 
 use crate::{
-    args::ServerArgs,
-    error::Result,
-    output::{self, Format, OutputArgs},
-    remote, session,
+    options::args::ServerArgs,
+    outside::remote,
+    words::{
+        error::Result,
+        output::{self, Format, OutputArgs},
+        session,
+    },
 };
 
 /// List the sessions of a server

@@ -20,12 +20,18 @@ use nappe_server::numbers::whole;
 use nappe_sim::{cloth::Integrator, mesh::TriangleMesh};
 
 use crate::{
-    args::{ComputeArgs, OtherServerArgs},
     compute::{self, Server},
-    error::{CliError, Result},
-    meshes::{self, MissingMass},
-    output::{self, Format, OutputArgs},
-    paths, remote, scene, scene_files,
+    files::paths,
+    options::args::{ComputeArgs, OtherServerArgs},
+    outside::remote,
+    scenes::{
+        meshes::{self, MissingMass},
+        scene, scene_files,
+    },
+    words::{
+        error::{CliError, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// Compute the objects of the MecaSim course from its own files

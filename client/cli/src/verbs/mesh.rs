@@ -9,13 +9,17 @@ use nappe_server::numbers::{Least, METRES, real};
 use nappe_sim::mesh::TriangleMesh;
 
 use crate::{
-    args::ServerArgs,
-    error::{CliError, Result},
-    mesh_info,
-    meshes::{self, MissingMass},
-    output::{self, Format, OutputArgs},
-    remote,
-    write::ForceArgs,
+    files::write::ForceArgs,
+    options::args::ServerArgs,
+    outside::remote,
+    scenes::{
+        mesh_info,
+        meshes::{self, MissingMass},
+    },
+    words::{
+        error::{CliError, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// Make, convert, describe and upload meshes

@@ -40,7 +40,10 @@ use clap::{
 };
 use nappe_scene::shipped_scenes;
 
-use crate::{bench, error::Result, version};
+use crate::{
+    bench,
+    words::{error::Result, version},
+};
 
 /// Cloth and snow, computed on a server and watched from elsewhere
 #[derive(Parser, Debug)]

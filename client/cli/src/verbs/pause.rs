@@ -4,10 +4,13 @@ use clap::Args;
 use nappe_client::{Paused, Wait};
 
 use crate::{
-    args::SessionArgs,
-    error::Result,
-    output::{self, Format},
-    remote, session as words,
+    options::args::SessionArgs,
+    outside::remote,
+    words::{
+        error::Result,
+        output::{self, Format},
+        session as words,
+    },
 };
 
 /// Stop a session's stepping for a while

@@ -14,11 +14,15 @@ use nappe_study::{
 };
 
 use crate::{
-    error::{CliError, Result},
-    output::{self, Format, OutputArgs},
-    plan::{self, scene, terms, words},
-    study::{self, CoarserCopy, Folder, LookArgs, Source, Subject, asked, files, measure, units},
-    write::{self, ForceArgs},
+    files::write::{self, ForceArgs},
+    studies::{
+        plan::{self, scene, terms, words},
+        study::{self, CoarserCopy, Folder, LookArgs, Source, Subject, asked, files, measure, units},
+    },
+    words::{
+        error::{CliError, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// Find the cheapest method that is accurate enough for a scene

@@ -3,7 +3,11 @@
 use clap::Args;
 use nappe_server::numbers::{Least, PLAIN, real};
 
-use crate::{args::SessionArgs, error::Result, output, remote, session as words};
+use crate::{
+    options::args::SessionArgs,
+    outside::remote,
+    words::{error::Result, output, session as words},
+};
 
 /// Let a session step on
 #[derive(Args, Debug)]

@@ -5,10 +5,12 @@ use nappe_client::v1;
 use serde_json::json;
 
 use crate::{
-    args::SessionArgs,
-    error::Result,
-    output::{self, Format},
-    remote,
+    options::args::SessionArgs,
+    outside::remote,
+    words::{
+        error::Result,
+        output::{self, Format},
+    },
 };
 
 /// Put a session back to its start; its steps, time and frames go on

@@ -3,12 +3,11 @@
 use clap::Args;
 
 use crate::{
-    args::{ComputeArgs, OtherServerArgs},
     compute::{self, Server},
-    error::Result,
-    output::OutputArgs,
-    remote,
-    scene::Input,
+    options::args::{ComputeArgs, OtherServerArgs},
+    outside::remote,
+    scenes::scene::Input,
+    words::{error::Result, output::OutputArgs},
 };
 
 /// Compute a scene from its start to its end
@@ -21,6 +20,8 @@ Examples:
   nappe run flag --save flag.pvd --fields velocity   for ParaView: an index, and the folder flag with a file per frame
   nappe run flag --save flag.usda                for Blender, Houdini and Omniverse
   nappe run flag --save flag.html --table flag.csv   with a row per frame in a table, too
+  nappe run flag --save flag.png --at 2.5 --size 800x600   a picture of the page at 2.5 s, drawn by a browser
+  nappe run flag --save flag.mp4 --theme dark    a film, by a browser and ffmpeg
   nappe run my.toml --save frames --steps 200    a scene file, PLY files in the folder frames
   nappe run flag --set 'wind=[4,0,0]' --set dt=0.01   with other values of its keys
   nappe run my.toml --save frames --fields velocity   PLY files from which a run can go on
@@ -29,6 +30,8 @@ Examples:
   nappe run my.toml --threads 1 --precision f64 --json
   nappe run snow.toml --save snow.rrd --color speed --grid smoke
   nappe run snow.toml --save frames --fields velocity,plastic_ratio,stress
+
+A picture and a film are drawn by the browser that NAPPE_BROWSER names [default: Chromium, Chrome or Edge, on PATH].
 
 Without --server the scene is computed by a server inside this command; --server does it on another
 one and removes the session afterwards. A scene without an end runs until Ctrl-C.

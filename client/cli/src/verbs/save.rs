@@ -6,11 +6,13 @@ use clap::Args;
 use serde_json::json;
 
 use crate::{
-    args::SessionArgs,
-    error::Result,
-    output::{self, Format},
-    remote,
-    write::{self, ForceArgs},
+    files::write::{self, ForceArgs},
+    options::args::SessionArgs,
+    outside::remote,
+    words::{
+        error::Result,
+        output::{self, Format},
+    },
 };
 
 /// Keep a session as a file, to go on from it later or elsewhere

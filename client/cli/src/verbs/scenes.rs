@@ -7,10 +7,15 @@ use nappe_scene::{CoarserScene, Mesh, Scene, coarser, printable};
 use nappe_server::numbers::whole;
 
 use crate::{
-    error::{CliError, Result},
-    output::{self, Column, Format, OutputArgs},
-    paths, scene,
-    write::{self, ForceArgs},
+    files::{
+        paths,
+        write::{self, ForceArgs},
+    },
+    scenes::scene,
+    words::{
+        error::{CliError, Result},
+        output::{self, Column, Format, OutputArgs},
+    },
 };
 
 /// List the scenes that come with nappe

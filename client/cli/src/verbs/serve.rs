@@ -8,11 +8,15 @@ use serde_json::json;
 use tokio::time::timeout;
 
 use crate::{
-    error::{CliError, Result},
-    output::{self, Format, OutputArgs},
-    remote,
-    viewer::{self, Child, Form, Place, Viewer},
-    web::LinkArgs,
+    outside::{
+        remote,
+        viewer::{self, Child, Form, Place, Viewer},
+        web::LinkArgs,
+    },
+    words::{
+        error::{CliError, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// How long the viewer may take to leave.

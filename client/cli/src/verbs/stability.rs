@@ -11,11 +11,15 @@ use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_study::{Case, Effort, Map, Method, Stability, StabilityRequest};
 
 use crate::{
-    error::{CliError, Exit, Result},
-    output::{self, Format, OutputArgs},
-    stability::{self, gallery, words},
-    study::{self, Folder, LookArgs, Source, Subject, asked, files, units},
-    write::ForceArgs,
+    files::write::ForceArgs,
+    studies::{
+        stability::{self, gallery, words},
+        study::{self, Folder, LookArgs, Source, Subject, asked, files, units},
+    },
+    words::{
+        error::{CliError, Exit, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// Find where every method fails, on a scene of cloth

@@ -4,7 +4,11 @@ use clap::Args;
 use nappe_client::Wait;
 use nappe_server::numbers::whole;
 
-use crate::{args::SessionArgs, error::Result, remote, session as words};
+use crate::{
+    options::args::SessionArgs,
+    outside::remote,
+    words::{error::Result, session as words},
+};
 
 /// Take a number of steps
 #[derive(Args, Debug)]

@@ -2,7 +2,11 @@
 
 use clap::Args;
 
-use crate::{args::SessionArgs, error::Result, remote, session as words};
+use crate::{
+    options::args::SessionArgs,
+    outside::remote,
+    words::{error::Result, session as words},
+};
 
 /// End a session's simulation; the session stays readable
 #[derive(Args, Debug)]

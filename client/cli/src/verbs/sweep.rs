@@ -9,14 +9,18 @@ use serde_json::{Value, json};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
-    error::{CliError, Exit, Result},
-    output::{self, Format, OutputArgs},
-    study::{self, Source, files},
-    sweep::{
-        Columns, Common, Description, End, Measure, Meshes, Part, Parts, Set, Sweep, Table, check_distinct,
-        combinations, folder_of, lock, named, named_by_any, picture_files,
+    files::write::{self, Existing, ForceArgs},
+    studies::{
+        study::{self, Source, files},
+        sweep::{
+            Columns, Common, Description, End, Measure, Meshes, Part, Parts, Set, Sweep, Table,
+            check_distinct, combinations, folder_of, lock, named, named_by_any, picture_files,
+        },
     },
-    write::{self, Existing, ForceArgs},
+    words::{
+        error::{CliError, Exit, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// Run a scene with other values of its keys, a row per run

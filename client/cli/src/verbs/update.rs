@@ -6,14 +6,18 @@ use nappe_server::numbers::{Least, NEWTON_SECONDS_PER_METRE, SECONDS, real, whol
 use serde_json::json;
 
 use crate::{
-    args::SessionArgs,
-    collider_args::ColliderArgs,
-    components::{number, vector},
-    error::{CliError, Result},
-    output::{self, Format},
-    particles::{self, Named, Particle},
-    pull_args::PullArgs,
-    remote,
+    options::{
+        args::SessionArgs,
+        collider_args::ColliderArgs,
+        components::{number, vector},
+        particles::{self, Named, Particle},
+        pull_args::PullArgs,
+    },
+    outside::remote,
+    words::{
+        error::{CliError, Result},
+        output::{self, Format},
+    },
 };
 
 /// How fast a pin goes that no time is given for (m/s).

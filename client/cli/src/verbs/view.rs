@@ -5,15 +5,18 @@ use std::{ffi::OsString, path::PathBuf};
 use clap::Args;
 
 use crate::{
-    args::ServerArgs,
-    error::{CliError, Result},
-    fields::ShownArgs,
-    output::{self, Format, OutputArgs},
-    paths, remote,
+    files::{paths, write::ForceArgs},
+    options::{args::ServerArgs, fields::ShownArgs},
+    outside::{
+        remote,
+        viewer::{self, Form, Place, Shown, Viewer},
+        web::{self, Link},
+    },
     save::File,
-    viewer::{self, Form, Place, Shown, Viewer},
-    web::{self, Link},
-    write::ForceArgs,
+    words::{
+        error::{CliError, Result},
+        output::{self, Format, OutputArgs},
+    },
 };
 
 /// Show a session in Rerun or in a browser

@@ -8,16 +8,16 @@ use nappe_scene::mesh::six_digits;
 use nappe_server::numbers::{HERTZ, Least, real, whole};
 
 use crate::{
-    args::SessionArgs,
-    diagnostics,
-    error::{CliError, Result},
-    fields::FieldsArgs,
-    output::{self, Format},
-    remote,
+    files::write::ForceArgs,
+    options::{args::SessionArgs, fields::FieldsArgs, picture_args::PictureArgs},
+    outside::{remote, viewer::Place},
     save::{Beside, Destination, Form, Recording, Sink},
-    session,
-    viewer::Place,
-    write::ForceArgs,
+    words::{
+        diagnostics,
+        error::{CliError, Result},
+        output::{self, Format},
+        session,
+    },
 };
 
 /// Follow a session's diagnostics, or save its frames
@@ -29,6 +29,7 @@ Examples:
   nappe watch first --save frames            every frame from now on, PLY files in a folder
   nappe watch first --save all.rrd --from 0  from its start, if the server still keeps it
   nappe watch first --save frames --fields velocity,plastic_ratio,stress
+  nappe watch first --count 1 --save now.png a picture of its newest frame
   nappe watch first --save frames --grid slice:y=0.5   also mass and velocity on a plane")]
 pub(crate) struct WatchArgs {
     #[command(flatten)]
@@ -40,8 +41,8 @@ pub(crate) struct WatchArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
     count: Option<u64>,
     /// Keep every frame: a page FILE.html, a Rerun recording FILE.rrd, files for ParaView FILE.pvd, a scene of USD FILE.usda, a table
-    /// FILE.csv, or a folder of PLY files
-    #[arg(long, value_name = "FILE.html|FILE.rrd|FILE.pvd|FILE.usda|FILE.csv|FOLDER")]
+    /// FILE.csv, or a folder of PLY files; or draw them: the last one, a picture FILE.png, or all, a film FILE.mp4
+    #[arg(long, value_name = "FILE.html|FILE.rrd|FILE.pvd|FILE.usda|FILE.csv|FILE.png|FILE.mp4|FOLDER")]
     save: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,
@@ -50,6 +51,8 @@ pub(crate) struct WatchArgs {
     from: Option<u64>,
     #[command(flatten)]
     fields: FieldsArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
 }
 
 /// Runs `nappe watch`.
@@ -58,17 +61,28 @@ pub(crate) struct WatchArgs {
 /// When the session fails or was never there, a frame cannot be saved, or there is no server.
 pub(crate) fn run(args: &WatchArgs) -> Result<()> {
     args.fields.check(args.save.as_deref())?;
+    args.picture.check(args.save.as_deref())?;
     remote::block_on(async {
         let Some(path) = &args.save else {
             return follow(&remote::connect(&args.session.server).await?, args).await;
         };
-        let destination =
-            Destination::open(path, args.force.existing(), &args.fields, Beside::default()).await?;
+        let beside = Beside { picture: args.picture, ..Beside::default() };
+        let destination = Destination::open(path, args.force.existing(), &args.fields, beside).await?;
         let client = remote::connect(&args.session.server).await?;
-        let count = match destination.form {
-            Form::Sink(sink) => save(&client, args, sink).await?,
-            Form::Recording(recording, _) => record(&client, args, &recording).await?,
+        if let Some(picture) = &destination.picture {
+            picture.check(&client.get_session(&args.session.id).await?)?;
+        }
+        let saved = match destination.form {
+            Form::Sink(sink) => Box::pin(save(&client, args, sink)).await,
+            Form::Recording(recording, _) => Box::pin(record(&client, args, &recording)).await,
         };
+        // What came is drawn, of a session that failed too.
+        let drawn = match destination.picture {
+            Some(picture) => Box::pin(picture.draw()).await,
+            None => Ok(()),
+        };
+        let count = saved?;
+        drawn?;
         match args.session.output.format() {
             Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),
             Format::Text => {

@@ -71,6 +71,27 @@ fn a_body_that_bends_as_a_plate_is_told_with_what_its_mesh_makes_of_that() {
 }
 
 #[test]
+fn a_fabric_is_told_with_the_length_of_its_folds_and_the_bound_of_explicit_steps() {
+    let folder = folder();
+    let body = "[[body]]\nname = \"sheet\"\nmesh = { grid = [9, 9], spacing = 0.01 }\nmaterial = { preset = \"denim\" }\n";
+    let fine = format!("version = 1\ndt = 0.005\nsteps = 4\n{body}pins = [\"top\"]\n");
+    let checked = nappe(&["check", &write_scene(folder.path(), &fine), "--json"]).ok().json();
+    let told = &checked["fabric"][0];
+    assert_eq!((&told["body"], &told["preset"]), (&json!("sheet"), &json!("denim")), "{checked}");
+    // (D / (9.81 m))^(1/3), and a diagonal.
+    let [fold, edge] = ["fold_length_m", "longest_edge_m"].map(|key| told[key].as_f64().expect("a number"));
+    assert!((fold - 0.02706).abs() < 1e-5 && (edge - 0.01 * 2.0_f64.sqrt()).abs() < 1e-9, "{checked}");
+    let bound = checked["bound"][0]["seconds"].as_f64().expect("a number");
+    assert!((1e-6..1e-3).contains(&bound), "{checked}");
+    assert_eq!(checked["warnings"], json!([]), "{checked}");
+
+    let coarse = write_scene(folder.path(), &fine.replace("spacing = 0.01", "spacing = 0.03"));
+    let done = nappe(&["check", &coarse]).ok();
+    assert!(done.stdout.contains("body 'sheet': denim, which folds at 0.02706 m"), "{}", done.stdout);
+    assert!(done.stderr.contains("more than the 0.02706 m at which it folds"), "{}", done.stderr);
+}
+
+#[test]
 fn errors_of_a_scene_are_all_told_and_nothing_else() {
     let folder = folder();
     let scene = scene(folder.path(), "");

@@ -50,3 +50,5 @@ mod snow;
 mod vtk;
 mod usd;
 mod table;
+#[cfg(unix)]
+mod drawn;

@@ -75,19 +75,23 @@ fn a_run_of_snow_tells_of_its_steps_and_its_packing() {
 fn a_folder_gets_the_arrays_and_the_nodes_that_were_asked_for() {
     let folder = folder();
     let scene = write_scene(folder.path(), SNOW_SCENE);
-    let asked = ["--fields", "velocity,plastic_ratio,stress", "--grid", "smoke"];
+    let asked = ["--fields", "velocity,plastic_ratio,stress,force,acceleration", "--grid", "smoke"];
     let args = [&["run", &scene, "--json", "--save", "frames"][..], &asked].concat();
     assert_eq!(nappe_in(folder.path(), &args).ok().json()["frames"], 4);
     let frames = folder.path().join("frames");
     let (names, first) = vertices(&frames.join("frame-000000.ply"));
-    assert_eq!(names, ["x", "y", "z", "vx", "vy", "vz", "plastic_ratio", "stress_norm"]);
+    assert_eq!(names[..8], ["x", "y", "z", "vx", "vy", "vz", "plastic_ratio", "stress_norm"]);
+    assert_eq!(names[8..], ["fx", "fy", "fz", "ax", "ay", "az"]);
     assert_eq!(first.len(), 216);
-    assert!(first.iter().all(|row| row[3..] == [0.0, -2.0, 0.0, 1.0, 0.0]), "as it starts: {:?}", first[0]);
+    assert!(first.iter().all(|row| row[3..8] == [0.0, -2.0, 0.0, 1.0, 0.0]), "as it starts: {:?}", first[0]);
+    // It falls freely: 0.05 kg a particle.
+    let is_falling = |row: &Vec<f32>| (row[9] + 0.05 * 9.81).abs() < 1e-4 && (row[12] + 9.81).abs() < 1e-4;
+    assert!(first.iter().all(is_falling), "as it starts: {:?}", first[0]);
     let (_, last) = vertices(&frames.join("frame-000003.ply"));
     assert!(last.iter().flatten().all(|number| number.is_finite()));
     assert!(last.iter().any(|row| row[7] > 0.0), "it hit the floor");
     let (names, nodes) = vertices(&frames.join("grid-000003.ply"));
-    assert_eq!(names, ["x", "y", "z", "mass", "vx", "vy", "vz"]);
+    assert_eq!(names, ["x", "y", "z", "mass", "vx", "vy", "vz", "fx", "fy", "fz"]);
     let mass: f32 = nodes.iter().map(|node| node[3]).sum();
     assert!((mass / 10.8 - 1.0).abs() < 1e-4, "{mass} kg on {} nodes", nodes.len());
 }

@@ -115,7 +115,7 @@ pub(crate) fn command() -> Command {
 /// The command in another place, with the same environment.
 pub(crate) fn command_at(path: &Path) -> Command {
     let mut command = Command::new(path);
-    for variable in ["NAPPE_SERVER", "NAPPE_TOKEN_FILE", "NAPPE_VIEWER"] {
+    for variable in ["NAPPE_SERVER", "NAPPE_TOKEN_FILE", "NAPPE_VIEWER", "NAPPE_BROWSER"] {
         command.env_remove(variable);
     }
     command.stdin(Stdio::null());

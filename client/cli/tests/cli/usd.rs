@@ -148,6 +148,23 @@ fn colliders_have_their_shapes_and_go_where_the_frames_say() {
 }
 
 #[test]
+fn endings_are_read_in_any_case_and_names_that_become_one_stay_apart() {
+    let here = folder();
+    let alike = COLLIDERS.replace("\"rod\"", "\"12_<&>_'é'\"");
+    let scene = write_scene(here.path(), &format!("{SMALL_SCENE}{alike}"));
+    for save in ["run.tar.usda", "LOUD.USDA"] {
+        nappe_in(here.path(), &["run", &scene, "--steps", "2", "--save", save]).ok();
+        let file = Scene::read(&here.path().join(save));
+        let name = format!("_12{}", "_".repeat(8));
+        let [ball, rod] = [file.prim("Sphere", &name), file.prim("Capsule", &format!("{name}_2"))];
+        assert_eq!(value(&ball, "string name"), "\"12 <&> \\\"é\\\"\"");
+        assert_eq!(value(&rod, "string name"), "\"12_<&>_'é'\"");
+    }
+    nappe_in(here.path(), &["run", &scene, "--steps", "2", "--save", "usda"]).ok();
+    assert!(here.path().join("usda/frame-000001.ply").is_file(), "without an ending it is a folder");
+}
+
+#[test]
 fn nothing_is_left_beside_a_scene_and_what_does_not_fit_is_told() {
     let here = folder();
     let scene = write_scene(here.path(), SMALL_SCENE);

@@ -159,7 +159,7 @@ fn names(folder: &Path) -> BTreeSet<String> {
 #[test]
 fn every_array_has_the_bits_that_a_folder_of_the_same_run_has() {
     let snow = SNOW_SCENE.replace("title", "hash_interval = 1\ntitle");
-    let more = ["--fields", "velocity,plastic_ratio,stress", "--grid", "smoke"];
+    let more = ["--fields", "velocity,plastic_ratio,stress,force,acceleration", "--grid", "smoke"];
     for (text, precision, asked) in [
         (SMALL_SCENE, "f32", &["--fields", "velocity"][..]),
         (SMALL_SCENE, "f64", &[]),
@@ -182,6 +182,8 @@ fn every_array_has_the_bits_that_a_folder_of_the_same_run_has() {
             assert_eq!(vtp.numbers("frame"), [number as f64]);
             assert_eq!(vtp.array("Points", "Points"), ply.array(&["x", "y", "z"]), "{file}");
             assert_eq!(vtp.array("PointData", "velocity"), ply.array(&["vx", "vy", "vz"]), "{file}");
+            assert_eq!(vtp.array("PointData", "force"), ply.array(&["fx", "fy", "fz"]), "{file}");
+            assert_eq!(vtp.array("PointData", "acceleration"), ply.array(&["ax", "ay", "az"]), "{file}");
             for name in ["plastic_ratio", "stress_norm"] {
                 assert_eq!(vtp.array("PointData", name), ply.array(&[name]), "{file}");
             }
@@ -208,6 +210,7 @@ fn every_array_has_the_bits_that_a_folder_of_the_same_run_has() {
         assert_eq!(grid.array("Points", "Points"), ply.array(&["x", "y", "z"]));
         assert_eq!(grid.array("PointData", "mass"), ply.array(&["mass"]));
         assert_eq!(grid.array("PointData", "velocity"), ply.array(&["vx", "vy", "vz"]));
+        assert_eq!(grid.array("PointData", "force"), ply.array(&["fx", "fy", "fz"]));
         assert_eq!(grid.count("NumberOfVerts"), ply.rows.len());
     }
 }

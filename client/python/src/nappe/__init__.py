@@ -12,9 +12,15 @@ raw messages of the contract. docs/python.md leads from nothing to a moving clot
 """
 
 from nappe import v1
-from nappe._arrays import BodyArrays
-from nappe._colliders import Collider
-from nappe._errors import (
+from nappe._ask._requests import Changes
+from nappe._ask._uploads import Uploaded
+from nappe._save._trajectory import Trajectory
+from nappe._server._sync_server import Server, connect, serve
+from nappe._server._sync_session import Session
+from nappe._server._sync_stream import DiagnosticsStream, Frames, Stream
+from nappe._wire._arrays import BodyArrays
+from nappe._wire._colliders import Collider
+from nappe._wire._errors import (
     REASONS,
     Closed,
     Diverged,
@@ -29,9 +35,9 @@ from nappe._errors import (
     Unauthenticated,
     Unavailable,
 )
-from nappe._frames import Frame, Grid
-from nappe._pending import Pending
-from nappe._reports import (
+from nappe._wire._frames import Frame, Grid
+from nappe._wire._pending import Pending
+from nappe._wire._reports import (
     ClothSteps,
     ColliderLoad,
     Diagnostics,
@@ -41,14 +47,8 @@ from nappe._reports import (
     SolveReport,
     SurfaceReport,
 )
-from nappe._requests import Changes
-from nappe._sync_server import Server, connect, serve
-from nappe._sync_session import Session
-from nappe._sync_stream import DiagnosticsStream, Frames, Stream
-from nappe._topology import Body, Topology
-from nappe._trajectory import Trajectory
-from nappe._uploads import Uploaded
-from nappe._values import (
+from nappe._wire._topology import Body, Topology
+from nappe._wire._values import (
     Accepted,
     Air,
     Change,

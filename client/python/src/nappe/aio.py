@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from nappe import _sync_server, _sync_session, _sync_stream
-from nappe._aio_opening import Opening
-from nappe._aio_server import Server, connect, serve
-from nappe._aio_session import Session
-from nappe._aio_stream import DiagnosticsStream, Frames, Stream
+from nappe._server import _sync_server, _sync_session, _sync_stream
+from nappe._server._aio_opening import Opening
+from nappe._server._aio_server import Server, connect, serve
+from nappe._server._aio_session import Session
+from nappe._server._aio_stream import DiagnosticsStream, Frames, Stream
 
 __all__ = ["DiagnosticsStream", "Frames", "Opening", "Server", "Session", "Stream", "connect", "serve"]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nappe._contract import ENUMS, MESSAGES
+from nappe._wire._contract import ENUMS, MESSAGES
 
 _VALUES = {value.name: value.number for enum in ENUMS.values() for value in enum.values}
 

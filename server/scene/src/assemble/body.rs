@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use nappe_sim::{
-    cloth::{self, ElementKind, ElementList, RestSettings, SurfaceSettings},
+    cloth::{RestSettings, SurfaceSettings},
     mesh::TriangleMesh,
     world::{BodySetup, Change},
 };
 
 use super::{
+    elements::{self, LawsText},
     inside::Solid,
     mass,
     meshes::{MeshSource, load},
@@ -21,7 +22,7 @@ use super::{
     thickness, units,
 };
 use crate::{
-    body::{Body, ElementLaw, GridPlane, Mesh, MeshRepair},
+    body::{Body, GridPlane, Mesh, MeshRepair},
     error::SceneError,
     location::Location,
     mesh::course_grid,
@@ -64,10 +65,13 @@ pub(super) fn build(
     size: &mut Size<'_>,
 ) -> Result<Made, SceneError> {
     let (body, first_particle) = (text.body, size.particles());
+    elements::check_material(body, &text.at)?;
     let (mut mesh, layout, mut warnings) = make_mesh(text, meshes, size)?;
+    elements::check_triangles(body, &mesh, &text.at)?;
     move_mesh(&mut mesh, &body.transform, &text.at.key("transform"))?;
-    warnings.extend(units::questions(&mesh, body.mass));
-    let mut pinned = mass::apply(body.mass, &mut mesh, &text.at.key("mass"))?;
+    let (mass, key) = (body.mass_of_all(), if body.material.is_some() { "material" } else { "mass" });
+    warnings.extend(units::questions(&mesh, mass));
+    let mut pinned = mass::apply(mass, &mut mesh, &text.at.key(key))?;
     pinned.extend(pins::particles(&body.pins, layout, mesh.points.len(), &text.at.key("pins"))?);
     pinned.sort_unstable();
     pinned.dedup();
@@ -78,7 +82,8 @@ pub(super) fn build(
 
     let springs = SpringsText { springs: body.springs, mesh: &body.mesh, at: &text.at };
     let mut network = springs.network(&mesh, layout, size)?;
-    network.elements = make_elements(text, &mesh, size, &mut warnings)?;
+    let laws = LawsText { body, at: &text.at };
+    network.elements = laws.elements(&mesh, size, &mut warnings)?;
     if network.springs.is_empty() && network.elements.is_empty() {
         warnings.push("there are no springs: the particles are free of each other".to_owned());
     }
@@ -175,51 +180,4 @@ fn grid([columns, rows]: [u32; 2], spacing: f64, plane: GridPlane, ripple: f64) 
         };
     }
     mesh
-}
-
-/// Elements of the body's laws. Each is counted as a spring by the limits, for that is about what it takes.
-fn make_elements(
-    text: &BodyText<'_>,
-    mesh: &TriangleMesh,
-    size: &mut Size<'_>,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<ElementList>, SceneError> {
-    let mut lists = Vec::new();
-    for (place, ElementLaw { name, stiffness, damping }) in text.body.laws.iter().enumerate() {
-        if *name == ElementKind::Plate {
-            check_plate(mesh, &text.at.key("law").index(place).key("name"))?;
-        }
-        // No law has more than an element per edge.
-        size.add_springs(&text.owner(), 3 * mesh.triangles.len() as u64)?;
-        let law = cloth::SpringLaw { stiffness: *stiffness, damping: *damping };
-        let list = ElementList::new(*name, law, mesh);
-        let dropped = list.bending().map_or(0, |bending| bending.dropped);
-        if dropped > 0 {
-            warnings.push(format!(
-                "the law {} resists {dropped} curvatures of its elements with nothing: there, a triangle and the points across \
-                 its edges lie nearly on one conic, or are several times as long as wide, and hardly tell how the sheet bends",
-                name.name()
-            ));
-        }
-        if list.corner_count() == 0 {
-            warnings.push(format!("the law {} finds no elements in its mesh", name.name()));
-        } else {
-            lists.push(list);
-        }
-    }
-    Ok(lists)
-}
-
-/// Whether a mesh has what a plate bends: triangles, and on both sides of an edge one at most.
-fn check_plate(mesh: &TriangleMesh, at: &Location<'_>) -> Result<(), SceneError> {
-    if mesh.triangles.is_empty() {
-        return at.inconsistent(
-            "is plate, which bends triangles, and the mesh has none: a chain folds by springs.bend",
-        );
-    }
-    let Some([a, b]) = mesh.crowded_edge() else { return Ok(()) };
-    at.inconsistent(format!(
-        "is plate, which bends edges between two triangles: more than two share the edge from point {a} to {b}; allowed: one or \
-         two at each edge"
-    ))
 }

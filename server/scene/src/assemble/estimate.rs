@@ -3,19 +3,19 @@
 //! Reads a scene and the sizes of its meshes; gives numbers, nearly. Errors are left to [`Scene::build`].
 
 use nappe_sim::{
-    cloth::{ClothSettings, ElementKind, Integrator, Minimizer, MinimizerKind, SurfaceCheck},
+    cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind, SurfaceCheck, wall_bytes},
     collide::{
         LOAD_BYTES,
         shape::{MeshSolid, NEAR_BYTES},
     },
     linalg::{PreconditionerKind, Stop},
     math::Precision,
-    mesh::TriangleMesh,
     snow::{BLOCK_SIDE, grid_bytes},
     time_step::TimeStep,
 };
 
 use super::{
+    elements,
     meshes::{MeshSource, uploaded},
     pins::named_bytes,
     size::{area, lattice_springs, mesh_springs, volume},
@@ -75,8 +75,10 @@ pub struct SceneSize {
     pub collider_points: u64,
     /// Triangles of meshes that are colliders.
     pub collider_triangles: u64,
-    /// Bytes of the solids that are made of them, of what each particle of cloth keeps of each, and of keys and loads of colliders.
+    /// Bytes of the solids that are made of them, of what particles of cloth keep of colliders, and of keys and loads of colliders.
     pub collider_bytes: u64,
+    /// Bytes of frames of figures that a transform moves.
+    pub frame_bytes: u64,
     /// Bytes of the particles that forces and moving pins name.
     pub named_bytes: u64,
     /// Bytes of the snow's grid, in binary32 and in binary64.
@@ -93,12 +95,17 @@ impl Scene {
             size.add_body(body, self, meshes);
             let particles = size.cloth_particles - before;
             load_blocks = load_blocks.saturating_add(particles.div_ceil(body.block_size.max(1) as u64));
+            let walls = wall_bytes(particles, body.thickness, self.colliders.len());
+            size.collider_bytes = size.collider_bytes.saturating_add(walls);
+        }
+        for figure in &self.figures {
+            size.add_figure(figure, self, meshes);
         }
         if self.rest.is_some() {
             size.watched_particles = size.cloth_particles;
         }
         let thin = self.bodies.iter().filter(|body| body.thickness == 0.0).count();
-        size.bodies = self.bodies.len() as u64;
+        size.bodies = (self.bodies.len() + self.figures.len()) as u64;
         size.cloths = thin as u64 + u64::from(thin < self.bodies.len());
         for mesh in self.colliders.iter().filter_map(ColliderText::mesh) {
             size.add_collider(mesh, meshes);
@@ -137,7 +144,7 @@ impl SceneSize {
                 (chain, 0, [chain, 0, chain])
             }
             Mesh::Upload { upload, .. } => match uploaded(upload, meshes) {
-                Some(mesh) => free(&mesh),
+                Some(mesh) => (mesh.points.len() as u64, mesh.triangles.len() as u64, [0; 3]),
                 None => return,
             },
             Mesh::File { .. } => return,
@@ -166,7 +173,10 @@ impl SceneSize {
         }
         let [is_coarse, may_switch] = match preconditioner {
             PreconditionerKind::TwoLevel => [true, false],
-            PreconditionerKind::Auto => is_stiff(body, points, (kinds, own.map(|(_, sums)| sums)), scene),
+            PreconditionerKind::Auto => {
+                let of_springs = (kinds, own.map(|(_, sums)| sums));
+                is_stiff(body, [points, triangles], of_springs, scene)
+            }
             _ => [false; 2],
         };
         if integrator.is_implicit() && preconditioner == PreconditionerKind::Patches {
@@ -191,8 +201,7 @@ impl SceneSize {
         }
         // Elements are looked for in the mesh. One of two triangles counts as a spring, and there is one for each edge between
         // two; one of a triangle and its neighbours keeps as much as three springs.
-        let per_pair: u64 = body.laws.iter().map(|law| springs_per_pair(law.name)).sum();
-        let elements = triangles.saturating_mul(per_pair) / 2;
+        let elements = triangles.saturating_mul(elements::springs_per_pair(&body.laws_of_all())) / 2;
         self.springs = self.springs.saturating_add(count).saturating_add(elements);
         self.mesh_springs = self.mesh_springs.saturating_add(elements);
         if !by_formula {
@@ -259,23 +268,15 @@ fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
     first + second
 }
 
-/// How many springs keep as much as the elements of a law on two triangles of a mesh.
-const fn springs_per_pair(law: ElementKind) -> u64 {
-    match law {
-        ElementKind::QuadraticBending => 3,
-        ElementKind::Plate => 6,
-    }
-}
-
 /// Whether the preconditioner `auto` is `two_level`, and whether solves may come to patches: where the mass is not known before
 /// the mesh is, both may be.
 fn is_stiff(
     body: &Body,
-    points: u64,
+    [points, triangles]: [u64; 2],
     (kinds, own): ([u64; 3], Option<[f64; 2]>),
     scene: &Scene,
 ) -> [bool; 2] {
-    let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, thickness, .. } = body;
+    let Body { integrator, minimizer, solver, substep, substeps, block_size, thickness, .. } = body;
     let minimizer = match minimizer {
         MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
         MinimizerKind::Auto | MinimizerKind::OneStep | MinimizerKind::Newton => Minimizer::OneStep,
@@ -291,7 +292,7 @@ fn is_stiff(
         settings.solver.stop = Stop::Iterations(count);
     }
     // Pins have no part in it, and of a mesh the springs are counted nearly.
-    let mass = match mass {
+    let mass = match body.mass_of_all() {
         Some(Mass::Particle(mass)) => 0.8 * mass * points as f64,
         Some(Mass::Total(mass)) => 0.8 * mass,
         Some(Mass::Density(_)) | None => 0.0,
@@ -304,10 +305,12 @@ fn is_stiff(
         let count = count as f64;
         law.map_or([k, nu], |law| [k + count * law.stiffness, nu + count * law.damping])
     });
-    let sums = own.unwrap_or(by_law);
+    let ([k, nu], [more, slower]) =
+        (own.unwrap_or(by_law), elements::as_springs(&body.laws_of_all(), triangles));
+    let sums = [k + more, nu + slower];
     // Bodies with a thickness are one cloth, which may have more particles than a block where none of them has.
     let is_thick = |body: &&Body| body.thickness > 0.0;
-    let is_joined = is_thick(&body) && scene.bodies.iter().filter(is_thick).nth(1).is_some();
+    let is_joined = is_thick(&body) && scene.bodies.iter().filter(is_thick).count() + scene.figures.len() > 1;
     let may_switch = *thickness == 0.0 && settings.has_stiff_springs(mass, sums, scene.dt);
     [settings.is_stiff(if is_joined { u64::MAX } else { points }, mass, sums, scene.dt), may_switch]
 }
@@ -318,13 +321,11 @@ fn grid(columns: u64, rows: u64) -> (u64, u64, [u64; 3]) {
     (columns.saturating_mul(rows), cells.saturating_mul(2), lattice_springs(columns, rows))
 }
 
-fn free(mesh: &TriangleMesh) -> (u64, u64, [u64; 3]) {
-    (mesh.points.len() as u64, mesh.triangles.len() as u64, [0; 3])
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+
+    use nappe_sim::mesh::TriangleMesh;
 
     use super::*;
     use crate::{SceneError, SceneLimits};

@@ -1,5 +1,5 @@
-//! Where the meshes of a scene come from: formulas stand in the scene, one comes with nappe, others are brought by the
-//! caller.
+//! Where the meshes and frames of a scene come from: formulas stand in the scene, one mesh comes with nappe, others are brought by
+//! the caller.
 
 use std::sync::Arc;
 
@@ -8,12 +8,13 @@ use nappe_sim::mesh::TriangleMesh;
 use crate::{
     body::Mesh,
     error::{ErrorKind, SceneError},
+    figure::FramesSource,
     location::Location,
-    mesh::shipped_torus,
+    mesh::{PointFrames, shipped_torus},
     scene::Scene,
 };
 
-/// Where a scene's meshes come from.
+/// Where a scene's meshes and frames come from.
 pub trait MeshSource {
     /// The uploaded mesh with this id.
     fn upload(&self, id: &str) -> Option<Arc<TriangleMesh>>;
@@ -23,6 +24,22 @@ pub trait MeshSource {
     /// # Errors
     /// When files are not allowed here, or this one cannot be read as a mesh.
     fn file(&self, path: &str) -> Result<TriangleMesh, SceneError>;
+
+    /// The uploaded frames with this id; who keeps none has none.
+    fn uploaded_frames(&self, _id: &str) -> Option<PointFrames> {
+        None
+    }
+
+    /// The frames in the file that a scene names.
+    ///
+    /// # Errors
+    /// When files are not allowed here, or this one cannot be read as frames.
+    fn frames_file(&self, path: &str) -> Result<PointFrames, SceneError> {
+        let message = format!(
+            "no files of frames are opened here: upload '{path}' and name it as {{ upload = \"ID\" }}"
+        );
+        Err(SceneError::new(ErrorKind::MeshNotFound, "", message))
+    }
 }
 
 /// No uploads and no files: scenes by formula only.
@@ -66,10 +83,12 @@ impl Scene {
         let objects = self.snow.as_ref().map_or(&[][..], |snow| snow.objects.as_slice());
         let body = self.bodies.iter().position(|body| is_it(&body.mesh));
         let object = objects.iter().position(|object| object.mesh().is_some_and(is_it));
+        let figure = self.figures.iter().position(|figure| is_it(&figure.mesh));
         let collider =
             self.colliders.iter().position(|text| text.mesh().is_some_and(|mesh| is_it(&mesh.mesh)));
         let places = [
             body.map(|i| root.key("body").index(i)),
+            figure.map(|i| root.key("figure").index(i)),
             object.map(|i| root.key("snow").key("object").index(i)),
             collider.map(|i| root.key("collider").index(i)),
         ];
@@ -95,5 +114,20 @@ pub(super) fn load(
         Mesh::Grid { .. } | Mesh::Chain { .. } | Mesh::CourseGrid { .. } => {
             at.inconsistent("is a formula; allowed here: { file = \"...\" } or { upload = \"...\" }")
         }
+    }
+}
+
+/// The frames that a figure names; `at` is where it names them.
+pub(super) fn load_frames(
+    source: &FramesSource,
+    meshes: &dyn MeshSource,
+    at: &Location<'_>,
+) -> Result<PointFrames, SceneError> {
+    match source {
+        FramesSource::Upload(id) => meshes.uploaded_frames(id).ok_or_else(|| {
+            let message = format!("no frames with the id '{id}' were uploaded, or they are no longer kept");
+            at.key("upload").error(ErrorKind::MeshNotFound, message)
+        }),
+        FramesSource::File(file) => meshes.frames_file(file).map_err(|error| named_at(at, error)),
     }
 }

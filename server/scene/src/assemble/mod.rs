@@ -15,9 +15,11 @@ mod thickness;
 mod collider;
 mod stepping;
 mod springs;
+mod elements;
 mod body;
 mod snow;
 mod estimate;
+mod figure;
 mod setup_size;
 mod world;
 

@@ -1,4 +1,4 @@
-//! Names are unique among bodies and objects of snow, and among colliders.
+//! Names are unique among bodies, figures and objects of snow, and among colliders.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,9 @@ pub(super) fn check(scene: &Scene, root: &Location<'_>, found: &mut Found) {
     let list = root.key("snow").key("object");
     let objects = scene.snow.iter().flat_map(|snow| &snow.objects).enumerate();
     let objects = objects.map(|(i, o)| ("object of snow", list.index(i), o.name.as_str()));
-    check_unique(bodies.chain(objects), found);
+    let list = root.key("figure");
+    let figures = scene.figures.iter().enumerate().map(|(i, f)| ("figure", list.index(i), f.name.as_str()));
+    check_unique(bodies.chain(objects).chain(figures), found);
 
     let list = root.key("collider");
     let colliders = scene.colliders.iter().enumerate();

@@ -4,7 +4,7 @@
 //! whoever builds the world.
 
 use nappe_sim::{
-    cloth::{ElementKind, ElementList, Integrator, Minimizer, Network, SurfaceCheck},
+    cloth::{ElementKind, ElementList, Integrator, Minimizer, Network, SurfaceCheck, wall_bytes},
     collide::{
         Collider, LOAD_BYTES, Shape,
         shape::{MeshSolid, NEAR_BYTES},
@@ -31,6 +31,8 @@ impl SceneSize {
             let particles = body.network.x.len() as u64;
             load_blocks =
                 load_blocks.saturating_add(particles.div_ceil(body.settings.block_size.max(1) as u64));
+            let walls = wall_bytes(particles, body.network.thickness, setup.colliders.len());
+            size.collider_bytes = size.collider_bytes.saturating_add(walls);
         }
         let thin = setup.bodies.iter().filter(|body| body.network.thickness == 0.0).count();
         size.bodies = setup.bodies.len() as u64;
@@ -62,11 +64,14 @@ impl SceneSize {
         if settings.rest.is_some() {
             self.watched_particles += points;
         }
-        // An element counts as a spring, that of a plate as three.
+        // An element counts as a spring, that of a plate as three, that of a membrane as four.
         let as_springs = |list: &ElementList| match list.kind {
             ElementKind::QuadraticBending => list.corner_count() / 3,
             ElementKind::Plate => list.corner_count() / 2,
+            ElementKind::Membrane => list.corner_count() / 3 * 4,
         };
+        let frames = network.frames.as_ref().map_or(0, |frames| size_of_val(&*frames.places) as u64);
+        self.frame_bytes = self.frame_bytes.saturating_add(frames);
         let elements: usize = network.elements.iter().map(as_springs).sum();
         self.springs += (network.springs.len() + elements) as u64;
         let named: usize = forces.iter().map(|force| force.particles.len()).sum();
@@ -127,8 +132,9 @@ impl SceneSize {
 /// Whether the preconditioner `auto` of a body is `two_level`, and whether its solves may come to patches.
 fn is_stiff(body: &BodySetup, setup: &WorldSetup) -> [bool; 2] {
     let BodySetup { network, settings, .. } = body;
-    let laws = network.springs.iter().map(|spring| spring.law);
-    let sums = laws.fold([0.0; 2], |[k, nu], law| [k + law.stiffness, nu + law.damping]);
+    let springs = network.springs.iter().map(|spring| [spring.law.stiffness, spring.law.damping]);
+    let laws = springs.chain(network.elements.iter().map(ElementList::as_springs));
+    let sums = laws.fold([0.0; 2], |[k, nu], [stiffness, damping]| [k + stiffness, nu + damping]);
     let pinned: f64 = network.pins.iter().filter_map(|pin| network.masses.get(*pin as usize)).sum();
     let mass = network.masses.iter().sum::<f64>() - pinned;
     // Bodies with a thickness are one cloth, which may have more particles than a block where none of them has.
@@ -199,6 +205,28 @@ mod tests {
             let [scene, setup] = sizes(&text);
             assert_eq!(setup, SceneSize { mesh_springs: 0, ..scene }, "{text}");
         }
+    }
+
+    #[test]
+    fn particles_with_a_thickness_count_where_there_are_colliders() {
+        let floor = "[[collider]]\nname = \"floor\"\nplane = { point = [0, -100, 0], normal = [0, 1, 0] }\n";
+        let thick = sheet("thickness = 0.01\nminimizer = \"one_step\"");
+        let texts = [sheet("") + floor, thick.clone() + floor, thick];
+        let [thin, thick, alone] = texts.map(|text| sizes(&text).map(|size| size.collider_bytes));
+        for way in 0..2 {
+            assert!(thick[way] - thin[way] >= 100 * 2000, "{} and {}", thick[way], thin[way]);
+            assert_eq!(alone[way], 0);
+        }
+        assert_eq!(thick[0], thick[1]);
+    }
+
+    #[test]
+    fn a_fabric_counts_as_much_by_its_name_as_by_its_laws() {
+        let text = "version = 1\ndt = 0.005\n[[body]]\nname = \"b\"\nmesh = { grid = [40, 50], spacing = 0.01 }\n\
+                    material = { preset = \"wool\" }\nsolver = { preconditioner = \"two_level\" }\n";
+        let [scene, setup] = sizes(text);
+        assert_eq!(setup.springs, 7 * 2 * 39 * 49);
+        assert_eq!(setup, SceneSize { mesh_springs: 0, ..scene });
     }
 
     #[test]

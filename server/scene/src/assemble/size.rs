@@ -114,6 +114,7 @@ fn check(
 fn plural(noun: &str) -> &'static str {
     match noun {
         "body" => "bodies",
+        "figure" => "bodies and figures",
         "collider" => "colliders",
         _ => "bodies and objects",
     }

@@ -4,12 +4,13 @@ use nappe_sim::{
     cloth::RestSettings,
     collide::{Bounds, Collider},
     math::{four_digits, number},
-    world::{Change, WorldSetup},
+    world::{BodySetup, Change, WorldSetup},
 };
 
 use super::{
     body::{self, BodyText},
     collider::{self, ColliderSolid},
+    figure,
     inside::Solid,
     meshes::MeshSource,
     names,
@@ -71,6 +72,8 @@ impl Scene {
             bodies.push(made.setup);
         }
         warnings.extend(thickness::warnings(&bodies, &solids, contact));
+        warnings.extend(figure::warnings(self));
+        add_figures(self, &root, &mut bodies, (meshes, &mut size), &mut found);
 
         let at = root.key("snow");
         let snow = self.snow.as_ref().and_then(|text| {
@@ -96,6 +99,25 @@ impl Scene {
         }
         found.or(Built { setup, initial_changes, collider_solids, warnings })
     }
+}
+
+/// Builds the figures behind the bodies, stepped as the first of these that has a thickness.
+fn add_figures(
+    scene: &Scene,
+    root: &Location<'_>,
+    bodies: &mut Vec<BodySetup>,
+    (meshes, size): (&dyn MeshSource, &mut Size<'_>),
+    found: &mut Found,
+) {
+    let list = root.key("figure");
+    found.take(figure::check_met(scene, &list.index(0)));
+    // Of a body that was refused, an error is there already.
+    let Some(like) = bodies.iter().find(|body| body.network.thickness > 0.0) else { return };
+    let mut made = Vec::new();
+    for (i, text) in scene.figures.iter().enumerate() {
+        made.extend(found.take(figure::build(text, &list.index(i), like, meshes, size)));
+    }
+    bodies.extend(made);
 }
 
 /// No part of a surface that particles can meet is too fast on its way from key to key.

@@ -8,12 +8,19 @@ use nappe_sim::{
 
 use crate::{
     body::{GridPlane, Pattern, Unused},
-    schema::{Alternative, Alternatives, LENGTH, Presence, Range, SPEED, Section, ValueKind, WELD, key},
+    element_law::NamedWarp,
+    fabric::Fabric,
+    schema::{
+        Alternative, Alternatives, DIRECTION, LENGTH, Presence, Range, SPEED, Section, ValueKind, WELD, key,
+    },
     transform::TRANSFORM,
 };
 
 use Presence::{Absent, Chosen, Default, Required};
-use ValueKind::{Choice, Flag, Number, Pin, Pins, Table, Tables, Text, Vector, Whole, WholePair};
+use ValueKind::{
+    Choice, Flag, NameOrVector, Number, OneOrThree, Pair, Pin, Pins, Table, Tables, Text, Vector, Whole,
+    WholePair,
+};
 
 /// A distance between particles (m).
 const SPACING: Range = Range(1e-6, 1e3);
@@ -36,6 +43,7 @@ pub(super) static BODY: Section = Section {
         key("mesh", Table(&MESH), "", Required, "where the particles are"),
         key("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh before springs are made: scale, then rotate, then translate"),
         key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of every free particle at the start, beside those that its mesh carries (vx, vy, vz of a PLY file)"),
+        key("material", Table(&FABRIC), "", Absent("none"), "a fabric by name: mass, membrane and plate, in place of mass, springs and law"),
         key("mass", Table(&MASSES), "", Absent("the masses of the mesh; needed where it carries none"), "masses of the particles; those that the mesh gives the mass 0 stay pinned"),
         key("springs", Table(&SPRINGS), "", Absent("no springs: the particles are free of each other"), "springs"),
         key("law", Tables(&LAW, 100), "", Default("[]"), "laws of elements beside the springs: `[[body.law]]`"),
@@ -88,6 +96,22 @@ static MESH: Section = Section {
         Alternative { key: "upload", needs: &[], may: &["unused", "weld"] },
         Alternative { key: "file", needs: &[], may: &["unused", "weld"] },
     ]),
+};
+
+#[rustfmt::skip] // one line per key
+static FABRIC: Section = Section {
+    name: "body.material",
+    about: "A fabric, and what differs from it: numbers per width and per area, which depend on no mesh. The fabrics are in the table under \"Fabrics\"; docs/laws/fabrics.md says where their numbers come from.",
+    keys: &[
+        key("preset", Choice(|| Fabric::ALL.map(|fabric| fabric.name).to_vec()), "", Required, "a fabric by name"),
+        key("warp", NameOrVector(|| NamedWarp::NAMES.to_vec(), DIRECTION), "", Absent("uv; a mesh without texture coordinates needs a direction"), "where the warp runs: uv, the way the first texture coordinate grows where the second one stays, or a direction in the transformed mesh, as of a membrane"),
+        key("density", Number(MASS), "kg/m^2", Absent("of the preset"), "mass per area"),
+        key("stretch", Pair(STIFFNESS), "N/m", Absent("of the preset"), "stiffness per width along the warp and along the weft"),
+        key("shear", Number(STIFFNESS), "N/m", Absent("of the preset"), "stiffness per width against shear"),
+        key("bending", Number(STIFFNESS), "N m", Absent("of the preset"), "bending stiffness per width"),
+        key("damping", Number(Range(0.0, 1e3)), "s", Absent("of the preset"), "damping of bending in its stiffness; stretch and shear have a thousandth of it"),
+    ],
+    alternatives: Alternatives::None,
 };
 
 #[rustfmt::skip] // one line per key
@@ -145,8 +169,9 @@ static LAW: Section = Section {
     about: "A law of elements of three to six particles, at rest as the transformed mesh lies. Its page in docs/laws has the equation, and the unit of the stiffness.",
     keys: &[
         key("name", Choice(|| ElementKind::ALL.map(ElementKind::name).to_vec()), "", Required, "which law"),
-        key("stiffness", Number(STIFFNESS), "of the law", Required, "stiffness; of plate and quadratic_bending: bending stiffness (N m)"),
-        key("damping", Number(DAMPING), "s times that", Default("0.0"), "damping of the rate at which the elements change"),
+        key("stiffness", OneOrThree(STIFFNESS), "of the law", Required, "stiffness; of plate and quadratic_bending: bending stiffness (N m); of membrane three: along the warp, along the weft and against shear (N/m)"),
+        key("damping", Number(DAMPING), "s times that", Default("0.0"), "damping of the rate at which the elements change; of a membrane that of the greatest stiffness, of the others in proportion"),
+        key("warp", NameOrVector(|| NamedWarp::NAMES.to_vec(), DIRECTION), "", Absent("none; a membrane needs one"), "where the warp of a membrane runs: uv, the way the first texture coordinate grows where the second one stays, or a direction in the transformed mesh, projected into each triangle; where it is within 30 degrees of the normal, the warp of a neighbour goes on"),
     ],
     alternatives: Alternatives::None,
 };
@@ -197,7 +222,7 @@ static LIMITS: Section = Section {
     name: "body.limits",
     about: "The simulation takes no step whose result exceeds these: it stops and names the particle.",
     keys: &[
-        key("max_stretch", Number(Range(1.0, 1e9)), "", Absent("no limit"), "largest length over rest length of any spring"),
+        key("max_stretch", Number(Range(1.0, 1e9)), "", Absent("no limit"), "largest length over rest length of any spring, and of any triangle of a membrane along its threads"),
         key("max_energy", Number(Range(0.0, 1e300)), "J", Absent("no limit"), "largest kinetic plus elastic energy of the body"),
     ],
     alternatives: Alternatives::None,

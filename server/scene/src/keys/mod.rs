@@ -3,6 +3,7 @@
 //! [`page`] writes them as the reference in docs/scenes.md, [`unit`] finds one of them. Modules in reading order:
 
 mod body;
+mod figure;
 mod snow;
 mod scene;
 mod page;

@@ -5,7 +5,10 @@ use std::fmt::Write;
 use nappe_sim::{math::number, snow::Preset};
 
 use super::scene::ROOT;
-use crate::schema::{Alternatives, Presence, Section, ValueKind};
+use crate::{
+    fabric::Fabric,
+    schema::{Alternatives, Presence, Section, ValueKind},
+};
 
 /// The reference part of docs/scenes.md: every section, every key with unit, default and range.
 pub fn page() -> String {
@@ -15,8 +18,23 @@ pub fn page() -> String {
     for section in sections {
         write_section(&mut text, section);
     }
+    write_fabrics(&mut text);
     write_presets(&mut text);
     text
+}
+
+/// The table of fabrics.
+fn write_fabrics(text: &mut String) {
+    text.push_str("\n### Fabrics\n\n");
+    text.push_str("| fabric | density (kg/m^2) | stretch: warp, weft (N/m) | shear (N/m) | bending (N m) | damping (s) | how thick (m) |\n");
+    text.push_str("|---|---|---|---|---|---|---|\n");
+    for Fabric { name, density, stretch: [warp, weft], shear, bending, damping, thickness } in Fabric::ALL {
+        let [bending, thickness] = [bending, thickness].map(number);
+        let _ = writeln!(
+            text,
+            "| `{name}` | {density} | {warp}, {weft} | {shear} | {bending} | {damping} | {thickness} |"
+        );
+    }
 }
 
 /// The table of snow's presets.

@@ -6,7 +6,7 @@ use nappe_sim::{
     world::allowed,
 };
 
-use super::{body::BODY, snow::SNOW};
+use super::{body::BODY, figure::FIGURE, snow::SNOW};
 use crate::{
     collider::COLLIDER,
     schema::{Alternatives, Presence, Range, SPEED, Section, ValueKind, key},
@@ -15,7 +15,7 @@ use crate::{
 use Presence::{Absent, Default, Required};
 use ValueKind::{Choice, Number, Table, Tables, Text, Vector, Whole};
 
-/// Bodies or colliders of one scene.
+/// Bodies, figures or colliders of one scene.
 const MANY: usize = 1000;
 
 #[rustfmt::skip] // one line per key
@@ -71,6 +71,7 @@ pub(crate) static ROOT: Section = Section {
         key("contact", Table(&CONTACT), "", Absent("its defaults"), "how surfaces of cloth meet each other: `[contact]`"),
         key("rest", Table(&REST), "", Absent("nothing is watched"), "when cloth counts as calm: `[rest]`"),
         key("body", Tables(&BODY, MANY), "", Default("[]"), "bodies: `[[body]]`; a scene has at least one body or snow"),
+        key("figure", Tables(&FIGURE, MANY), "", Default("[]"), "figures: `[[figure]]`; cloth with a thickness meets them"),
         key("snow", Table(&SNOW), "", Absent("no snow"), "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, because nothing couples them yet"),
         key("collider", Tables(&COLLIDER, MANY), "", Default("[]"), "colliders: `[[collider]]`"),
     ],

@@ -170,7 +170,10 @@ impl Checker<'_> {
             (ValueKind::Pair(range), DeValue::Array(items)) => {
                 self.items(key.kind, ValueKind::Number(range), Some(2), items, at);
             }
-            (ValueKind::Vector(range), DeValue::Array(items)) => {
+            (
+                ValueKind::Vector(range) | ValueKind::OneOrThree(range) | ValueKind::NameOrVector(_, range),
+                DeValue::Array(items),
+            ) => {
                 self.items(key.kind, ValueKind::Number(range), Some(3), items, at);
             }
             (ValueKind::Four(range), DeValue::Array(items)) => {
@@ -224,11 +227,12 @@ impl Checker<'_> {
             (ValueKind::Whole(low, high), DeValue::Integer(_)) => {
                 whole(value).is_some_and(|n| (low..=high).contains(&n))
             }
-            (ValueKind::Number(range), DeValue::Integer(_) | DeValue::Float(_)) => {
-                numeric(value).is_some_and(|x| range.holds(x))
-            }
+            (
+                ValueKind::Number(range) | ValueKind::OneOrThree(range),
+                DeValue::Integer(_) | DeValue::Float(_),
+            ) => numeric(value).is_some_and(|x| range.holds(x)),
             (ValueKind::Text(most), DeValue::String(text)) => text.len() <= most && is_printable(text),
-            (ValueKind::Choice(names), DeValue::String(text)) => {
+            (ValueKind::Choice(names) | ValueKind::NameOrVector(names, _), DeValue::String(text)) => {
                 if !names().contains(&text.as_ref()) {
                     let message = format!("is '{}'; {}", excerpt(text), suggestion(text, names()));
                     self.error(ErrorKind::OutOfRange, at, message);

@@ -19,6 +19,10 @@ pub(crate) enum ValueKind {
     Vector(Range),
     /// Four numbers, each in the range.
     Four(Range),
+    /// A number, or three, each in the range.
+    OneOrThree(Range),
+    /// One of a few names, or three numbers, each in the range.
+    NameOrVector(fn() -> Vec<&'static str>, Range),
     /// A text of at most so many bytes.
     Text(usize),
     /// One of a few names.
@@ -46,6 +50,10 @@ impl ValueKind {
             Self::Pair(range) => format!("two numbers, each {range}"),
             Self::Vector(range) => format!("three numbers, each {}", in_size(range)),
             Self::Four(range) => format!("four numbers, each {}", in_size(range)),
+            Self::OneOrThree(range) => format!("a number or three numbers, each {range}"),
+            Self::NameOrVector(names, range) => {
+                format!("{}, or three numbers, each {}", names().join(", "), in_size(range))
+            }
             Self::Text(most) => format!("a text of at most {most} bytes, without control characters"),
             Self::Choice(names) => names().join(", "),
             Self::Flag => "true or false".to_owned(),
@@ -111,9 +119,11 @@ impl SceneKey {
             ValueKind::WholePair(low, high) => format!("[{0}, {0}]", 2_u64.clamp(low, high)),
             // A turn of one degree is nothing that one sees.
             ValueKind::Number(range) if self.unit == "degrees" => near(range, 90.0),
-            ValueKind::Number(range) => near(range, 1.0),
+            ValueKind::Number(range) | ValueKind::OneOrThree(range) => near(range, 1.0),
             ValueKind::Pair(range) => format!("[{0}, {0}]", near(range, 1.0)),
-            ValueKind::Vector(range) => format!("[{0}, {1}, {0}]", near(range, 0.0), near(range, 1.0)),
+            ValueKind::Vector(range) | ValueKind::NameOrVector(_, range) => {
+                format!("[{0}, {1}, {0}]", near(range, 0.0), near(range, 1.0))
+            }
             ValueKind::Four(range) => format!("[{0}, {0}, {0}, {1}]", near(range, 0.0), near(range, 1.0)),
             ValueKind::Text(_) => "\"name\"".to_owned(),
             ValueKind::Choice(names) => format!("\"{}\"", names().first().copied().unwrap_or_default()),

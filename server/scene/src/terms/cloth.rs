@@ -3,7 +3,11 @@
 use nappe_sim::cloth::{ElementKind, SpringKind};
 
 use super::term::{Removal, SceneTerm};
-use crate::body::{Body, ElementLaw, SpringLaw, Springs};
+use crate::{
+    body::{Body, SpringLaw, Springs},
+    element_law::ElementLaw,
+    fabric::FabricText,
+};
 
 /// The law of springs of a kind.
 fn law(springs: &Springs, kind: SpringKind) -> Option<SpringLaw> {
@@ -51,6 +55,7 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
             mesh: _,
             transform: _,
             velocity: _,
+            material,
             mass: _,
             springs: _,
             laws,
@@ -79,6 +84,7 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
         } = body;
         has_drag |= *drag > 0.0;
         has_air |= air.is_some();
+        terms.extend(material.as_ref().and_then(|material| of_material(material, name, place)));
         for kind in ElementKind::ALL {
             let mut damping = laws.iter().filter(|law| law.name == kind).map(damping).peekable();
             if damping.peek().is_none() {
@@ -86,7 +92,10 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
             }
             let of = format!("{} of {name}", kind.name());
             let is_damped = damping.any(|damping| damping > 0.0);
-            terms.push(SceneTerm::new(of.clone(), Removal::Elements(place, kind)));
+            // What holds a cloth together is no term, like springs of stretch.
+            if kind != ElementKind::Membrane {
+                terms.push(SceneTerm::new(of.clone(), Removal::Elements(place, kind)));
+            }
             if is_damped {
                 terms.push(SceneTerm::new(format!("damping of {of}"), Removal::ElementDamping(place, kind)));
             }
@@ -104,6 +113,13 @@ pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3
     terms
 }
 
+/// The damping of the fabric of a body, known by its place, if it has any.
+fn of_material(material: &FabricText, name: &str, place: usize) -> Option<SceneTerm> {
+    let is_damped = material.fabric()?.damping > 0.0;
+    let name = format!("damping of material of {name}");
+    is_damped.then(|| SceneTerm::new(name, Removal::FabricDamping(place)))
+}
+
 /// Thicknesses of bodies, and the friction (1) between their surfaces.
 pub(super) fn of_surfaces(bodies: &[Body], friction: f64) -> Vec<SceneTerm> {
     let thick = bodies.iter().enumerate().filter(|(_, body)| body.thickness > 0.0);
@@ -118,6 +134,6 @@ pub(super) fn of_surfaces(bodies: &[Body], friction: f64) -> Vec<SceneTerm> {
 
 /// The damping of a law of elements.
 fn damping(law: &ElementLaw) -> f64 {
-    let ElementLaw { name: _, stiffness: _, damping } = *law;
+    let ElementLaw { name: _, stiffness: _, damping, warp: _ } = *law;
     damping
 }

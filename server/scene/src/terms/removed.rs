@@ -30,6 +30,8 @@ impl Scene {
             contact,
             rest: _,
             bodies,
+            // No wind and no spring acts on them.
+            figures: _,
             snow,
             colliders,
             source: _,
@@ -105,6 +107,12 @@ impl Scene {
             Removal::ElementDamping(body, kind) => {
                 let laws = self.bodies.get_mut(body).into_iter().flat_map(|body| &mut body.laws);
                 laws.filter(|law| law.name == kind).for_each(|law| law.damping = 0.0);
+            }
+            Removal::FabricDamping(place) => {
+                let body = self.bodies.get_mut(place);
+                if let Some(material) = body.and_then(|body| body.material.as_mut()) {
+                    material.damping = Some(0.0);
+                }
             }
             Removal::Thickness(place) => {
                 if let Some(body) = self.bodies.get_mut(place) {

@@ -13,6 +13,8 @@ pub enum Removal {
     Elements(usize, ElementKind),
     /// The damping of the elements of a law of a body.
     ElementDamping(usize, ElementKind),
+    /// The damping of the fabric of a body.
+    FabricDamping(usize),
     /// The thickness of a body, by its place: its surface passes through itself then.
     Thickness(usize),
     /// The friction between surfaces of cloth.

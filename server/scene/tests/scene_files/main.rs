@@ -5,9 +5,11 @@ mod starts;
 mod ways;
 mod acting;
 mod outside;
+mod membranes;
 mod overlap;
 mod surfaces;
 mod rest;
+mod figures;
 
 use std::sync::Arc;
 

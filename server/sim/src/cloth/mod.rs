@@ -12,10 +12,16 @@ mod judge;
 mod integrate;
 mod step;
 
-pub use laws::{Air, Bending, ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
+pub use contact::wall_bytes;
+pub(crate) use judge::bounding_law;
+pub use laws::{
+    Air, Bending, ElementKind, Threads, Warp, WarpError, spring_force, spring_jacobian_v, spring_jacobian_x,
+};
 pub(crate) use layout::check_network;
 pub use layout::{LawEntry, Model, Parameters, Springs};
-pub use network::{Crossed, ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
+pub use network::{
+    Crossed, ElementList, Frames, Network, Repeat, Spring, SpringKind, SpringLaw, SpringRules,
+};
 pub(crate) use network::{Joined, resolve};
 pub(crate) use rest::{Watch, check_rest};
 pub use settings::{
@@ -30,7 +36,7 @@ use evaluate::{Evaluated, Evaluation};
 use settings::Purpose;
 
 use crate::{
-    math::Real,
+    math::{Real, Sixteen},
     report::{BoundKind, Diagnostics},
     surroundings::Surroundings,
 };
@@ -43,7 +49,37 @@ pub fn diagnose<R: Real>(
     around: &Surroundings<'_>,
     state: &State<R>,
 ) -> Diagnostics {
-    evaluate(model, parameters, settings, around, state, Purpose::Explicit).diagnostics()
+    evaluate(model, parameters, settings, around, state, std::iter::empty(), Purpose::Explicit).diagnostics()
+}
+
+/// The force (N) on each particle at a state, pins included, sixteen at a time in the model's order: of springs, elements, gravity,
+/// drag, the air, and forces that are `given` (N) by the user's numbers of particles. Contact is not in it.
+pub(crate) fn forces<R: Real>(
+    model: &Model<R>,
+    parameters: &Parameters,
+    settings: &ClothSettings,
+    around: &Surroundings<'_>,
+    state: &State<R>,
+    given: impl Iterator<Item = (u32, [f64; 3])>,
+) -> Vec<Sixteen<R>> {
+    evaluate(model, parameters, &explicit(settings), around, state, given, Purpose::Resultant).rows
+}
+
+/// The accelerations (m/s²) that follow from the same, as explicit steps have them; 0 for pins.
+pub(crate) fn accelerations<R: Real>(
+    model: &Model<R>,
+    parameters: &Parameters,
+    settings: &ClothSettings,
+    around: &Surroundings<'_>,
+    state: &State<R>,
+    given: impl Iterator<Item = (u32, [f64; 3])>,
+) -> Vec<Sixteen<R>> {
+    evaluate(model, parameters, &explicit(settings), around, state, given, Purpose::Explicit).rows
+}
+
+/// The same settings with steps that divide forces by masses: of others, elements are evaluated times the length of a step.
+fn explicit(settings: &ClothSettings) -> ClothSettings {
+    ClothSettings { integrator: Integrator::SymplecticEuler, ..*settings }
 }
 
 /// The longest step (s) that is stable for small motions about a state, of velocity Verlet where the settings ask for it, of
@@ -62,23 +98,27 @@ pub(crate) fn step_bound<R: Real>(
     };
     let settings = ClothSettings { integrator, ..*settings };
     let purpose = Purpose::Bounded(BoundKind::Stiffness);
-    let bound = evaluate(model, parameters, &settings, around, state, purpose).bound;
+    let given = std::iter::empty();
+    let bound = evaluate(model, parameters, &settings, around, state, given, purpose).bound;
     (1.0 / bound.rate, model.user[bound.particle as usize])
 }
 
+/// Evaluates a state with forces (N) that are given by the user's numbers of particles.
 fn evaluate<R: Real>(
     model: &Model<R>,
     parameters: &Parameters,
     settings: &ClothSettings,
     around: &Surroundings<'_>,
     state: &State<R>,
+    given: impl Iterator<Item = (u32, [f64; 3])>,
     purpose: Purpose,
 ) -> Evaluation<R> {
     let mut evaluated = Evaluated::default();
     evaluated.size_for(model, purpose);
+    evaluated.set_forces(model, given);
     evaluated.numbers.refresh(model, parameters, settings, around, (around.whole(), 0.0));
     let Evaluated { mut evaluation, mut numbers, scratches, .. } = evaluated;
-    numbers.freeze_air(model, [&state.x, &state.v], &scratches);
+    numbers.external.freeze_air(model, [&state.x, &state.v], &scratches);
     evaluation.look(model, &numbers, purpose, [&state.x, &state.v], &scratches);
     evaluation
 }

@@ -5,7 +5,7 @@
 
 use std::{ops::Range, sync::Arc};
 
-use super::Collider;
+use super::collider::Collider;
 use crate::{
     math::{
         Vec3,
@@ -232,7 +232,7 @@ impl Carried {
 }
 
 /// What the particles of a block give in a sub-step, one after the other.
-pub(super) struct Giving<'a> {
+pub(crate) struct Giving<'a> {
     colliders: &'a [Collider],
     felt: &'a mut [Felt],
     carried: Carried,
@@ -243,23 +243,23 @@ pub(super) struct Giving<'a> {
 
 impl<'a> Giving<'a> {
     /// Of the first particle of a block, to colliders that felt so much before.
-    pub(super) fn new(colliders: &'a [Collider], felt: &'a mut [Felt]) -> Self {
+    pub(crate) fn new(colliders: &'a [Collider], felt: &'a mut [Felt]) -> Self {
         Self { colliders, felt, carried: Carried::default(), inv_m: 0.0, particle: 0 }
     }
 
     /// Goes on to a particle, by its number from 0 in the block, of an inverse mass (1/kg).
-    pub(super) fn of(&mut self, particle: usize, inv_m: f64) {
+    pub(crate) fn of(&mut self, particle: usize, inv_m: f64) {
         (self.particle, self.inv_m) = (particle as u32 + 1, inv_m);
     }
 
     /// How the surfaces move that were touched.
-    pub(super) fn carried(&self) -> Carried {
+    pub(crate) fn carried(&self) -> Carried {
         self.carried
     }
 
     /// The particle touched a collider at a place (m), where its surface moves with a velocity (m/s), which changed its own by
     /// so much (m/s).
-    pub(super) fn touched(
+    pub(crate) fn touched(
         &mut self,
         collider: &Collider,
         change: &Vec3<f64>,
@@ -283,7 +283,11 @@ impl<'a> Giving<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collide::{Contact, Pose, PoseKey, Shape, StartInside, Way, shape::Sphere};
+    use crate::collide::{
+        collider::{Contact, StartInside},
+        motion::{PoseKey, Way, pose::Pose},
+        shape::{Shape, Sphere},
+    };
 
     fn ball(center: [f64; 3], velocity: [f64; 3], way: Option<Way>) -> Collider {
         Collider {

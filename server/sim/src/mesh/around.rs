@@ -6,14 +6,23 @@ use super::{TriangleMesh, corners::is_degenerate, repeats::drop_repeats};
 use crate::interrupt;
 
 impl TriangleMesh {
+    /// Each triangle once, in their order; those that name a point twice are left out.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    pub(crate) fn each_once(&self) -> Vec<[u32; 3]> {
+        let mut triangles = self.triangles.clone();
+        drop_repeats(&mut triangles, self.points.len());
+        triangles.retain(|triangle| !is_degenerate(triangle));
+        triangles
+    }
+
     /// Each triangle once: its corners, and the points opposite to them across its edges. Where an edge has no other triangle,
     /// or more than one, the corner opposite to it stands again. Triangles that name a point twice are left out.
     ///
     /// # Panics
     /// On a mesh that [`TriangleMesh::check`] refuses.
     pub fn surrounded(&self) -> Vec<[u32; 6]> {
-        let mut triangles = self.triangles.clone();
-        drop_repeats(&mut triangles, self.points.len());
         let sides = self.sides();
         let across = |corner: u32, [p, q]: [u32; 2]| {
             let edge = (p.min(q), p.max(q));
@@ -34,7 +43,7 @@ impl TriangleMesh {
             interrupt::point();
             [a, b, c, across(a, [b, c]), across(b, [c, a]), across(c, [a, b])]
         };
-        triangles.iter().filter(|triangle| !is_degenerate(triangle)).map(around).collect()
+        self.each_once().iter().map(around).collect()
     }
 
     /// The first edge that more than two triangles share; triangles of the same three points count once.

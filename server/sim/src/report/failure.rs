@@ -36,7 +36,7 @@ pub enum StepFailure {
     )]
     Collapsed { particle: u64, other: u64, value: f64, rest_length: f64 },
     #[error(
-        "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}{}",
+        "the cloth from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}{}",
         of_pulled(*pin)
     )]
     Stretch { particle: u64, other: u64, value: f64, limit: f64, pin: Option<u64> },
@@ -92,9 +92,10 @@ pub enum StepFailure {
     )]
     TimeStep { particle: u64, dt: f64, limit: f64, bound: BoundKind },
     #[error(
-        "more than {limit} sub-steps are needed within this step of the scene: the bound '{bound}' at particle {particle} allows {dt:.4e} s (shorten the scene's dt, or look at what happens there)"
+        "more than {limit} sub-steps are needed within this step of the scene: the bound '{bound}' at particle {particle}{} allows {dt:.4e} s (shorten the scene's dt, or look at what happens there)",
+        of_law(law.as_deref())
     )]
-    Substeps { particle: u64, dt: f64, limit: u32, bound: BoundKind },
+    Substeps { particle: u64, dt: f64, limit: u32, bound: BoundKind, law: Option<String> },
     #[error(
         "node {node:?} of the grid moves by {value:.3} cells in one step, more than {limit}: the simulation diverged (fastest particle: {particle})"
     )]
@@ -122,6 +123,11 @@ fn of_pulled(pin: Option<u64>) -> String {
     pin.map_or_else(String::new, |pin| {
         format!(": it hangs on particle {pin}, a pin that was moved within the step (give the pin more time)")
     })
+}
+
+/// What is said of the law that has the largest part in a bound.
+fn of_law(law: Option<&str>) -> String {
+    law.map_or_else(String::new, |law| format!(", most of it by {law},"))
 }
 
 /// What is said of a pin that moves where surfaces come together.

@@ -17,6 +17,7 @@ mod state;
 mod step;
 mod init;
 mod body;
+mod resultant;
 mod view;
 mod take;
 mod placed;

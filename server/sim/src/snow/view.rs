@@ -3,7 +3,7 @@
 use super::{
     body::Snow,
     book::Book,
-    grid::{CELLS, block_of, node_of},
+    grid::{CELLS, block_of, key_and_cell, node_of},
     init::settle,
     particles::Particles,
     step::sort_anew,
@@ -13,6 +13,7 @@ use crate::{
     held_length::HeldLength,
     math::{Real, vec3},
     parallel::{hash_numbers, sum_hashes},
+    surroundings::Surroundings,
 };
 
 /// A node of the grid, to be looked at.
@@ -61,11 +62,11 @@ impl<R: Real> Snow<R> {
         self.model.object_of(particle)
     }
 
-    /// Writes a field over `out`, in the user's numbering of the snow.
+    /// Writes a field over `out`, in the user's numbering of the snow; `around` is what surrounds the step that comes next.
     ///
     /// # Panics
-    /// Unless `out` has as many numbers as the field.
-    pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
+    /// Unless `out` has as many numbers as the field; for forces and accelerations, where several ranks have begun to step it.
+    pub fn read<T: Real>(&self, field: Field, around: &Surroundings<'_>, out: &mut [T]) {
         let particles = &self.state.particles;
         let number = |value: R| T::of(value.to_f64());
         match field {
@@ -77,7 +78,25 @@ impl<R: Real> Snow<R> {
             Field::StressNorms => {
                 particles.write_in_order(out, |place| [number(stress_norm(particles, place))]);
             }
+            Field::Forces => {
+                let acting = self.resultant(around);
+                particles.write_in_order(out, |place| acting.force(place).map(T::of));
+            }
+            Field::Accelerations => {
+                let acting = self.resultant(around);
+                particles.write_in_order(out, |place| acting.acceleration(place).map(T::of));
+            }
         }
+    }
+
+    /// Mass (kg) and volume at rest (m³) of every particle, in the user's numbering.
+    pub(crate) fn weights(&self) -> Vec<[f64; 2]> {
+        let particles = &self.state.particles;
+        let mut weights = vec![[0.0; 2]; particles.len()];
+        for (place, id) in particles.id.iter().enumerate() {
+            weights[*id as usize] = [particles.mass(place), particles.volume(place)].map(Real::to_f64);
+        }
+        weights
     }
 
     /// The state of every particle, in the user's numbering.
@@ -164,6 +183,23 @@ impl<R: Real> Snow<R> {
                 out.push(GridNode { index: node_of(block, i), mass, velocity: [x, y, z] });
             }
         }
+    }
+
+    /// The force of the stress (N) on each of the nodes of [`Self::grid_nodes`], at the state as it is; 0 on those that no
+    /// particle reaches any more.
+    ///
+    /// # Panics
+    /// When several ranks have begun to step it.
+    pub fn grid_forces(&self) -> Vec<[f64; 3]> {
+        let (grid, mut nodes) = (self.forces_on_nodes(), Vec::new());
+        self.grid_nodes(&mut nodes);
+        let force = |node: &GridNode| {
+            let (key, place) = key_and_cell(node.index, self.model.settings.periodic);
+            let Ok(block) = grid.node_blocks.binary_search(&key) else { return [0.0; 3] };
+            let [x, y, z, _] = grid.nodes[block][place as usize].map(Real::to_f64);
+            [x, y, z]
+        };
+        nodes.iter().map(force).collect()
     }
 
     /// Wrapping sum of a hash per particle: position, velocity, F_E and C by rows, J_P; the stress follows from them; and of

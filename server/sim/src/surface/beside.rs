@@ -43,7 +43,7 @@ struct Around {
 }
 
 impl Beside {
-    /// About each of the faces, with places at rest (m).
+    /// About each of the faces, with places at rest (m). About those of figures, which do not meet each other, nothing is kept.
     pub fn new(faces: &Faces, rest: &[Vec3<f64>]) -> Self {
         let triangles = faces.triangles();
         let mut beside = Self::default();
@@ -52,7 +52,7 @@ impl Beside {
             let first = beside.particles.len();
             let meeting = corners.map(|corner| faces.about(corner));
             let is_many = meeting.iter().map(|others| others.len()).sum::<usize>() > MANY;
-            let all = if is_many { [[].as_slice(); 3] } else { meeting }.concat();
+            let all = if is_many || faces.is_figure(number) { [[].as_slice(); 3] } else { meeting }.concat();
             let mut others: Vec<u32> = all.into_iter().filter(|other| *other as usize > number).collect();
             others.sort_unstable();
             others.dedup();

@@ -39,7 +39,7 @@ impl Crossings {
     }
 
     /// How many pairs there are of an edge and a triangle that it crosses, by the rule of [`crosses`], of those that share no
-    /// particle; and the first of them: in the order of the lower of the two triangles that the pair belongs to, then of the
+    /// particle and are not both of figures; and the first of them: in the order of the lower of the two triangles that the pair belongs to, then of the
     /// other.
     ///
     /// `x` gives the place (m, finite) of a particle.
@@ -96,7 +96,7 @@ impl Crossings {
             [low, high]
         });
         tree.partners(found, interrupt, |found: &mut Found, face, partners| {
-            for other in partners {
+            for other in partners.iter().filter(|other| faces.meet(face, **other)) {
                 for (from, to) in [(face, *other), (*other, face)] {
                     found.look(faces, x, [from, to], counts);
                 }

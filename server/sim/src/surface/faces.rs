@@ -7,12 +7,14 @@ use crate::mesh::{is_degenerate, sorted};
 
 /// How many parts a triangle has of each kind.
 const PARTS: usize = 3;
+/// The bit that says that a triangle is a figure's, behind those of its parts.
+const FIGURE: usize = 2 * PARTS;
 
 /// The triangles of a surface and what each owns.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Faces {
     triangles: Vec<[u32; 3]>,
-    /// Of each triangle the corners that it owns, bits 0 to 2, and the edges, bits 3 to 5.
+    /// Of each triangle the corners that it owns, bits 0 to 2, and the edges, bits 3 to 5; and bit 6 of those of figures.
     owned: Vec<u8>,
     points: usize,
     /// Where the triangles of each point begin in `about`, and the end.
@@ -65,6 +67,27 @@ impl Faces {
             }
         }
         Self { triangles, owned, points, starts, about }
+    }
+
+    /// The same triangles, of which those whose first corner is a figure's do not meet each other.
+    #[must_use]
+    pub fn with_figures(mut self, is_figure: impl Fn(u32) -> bool) -> Self {
+        for (triangle, owned) in self.triangles.iter().zip(&mut self.owned) {
+            *owned |= u8::from(is_figure(triangle[0])) << FIGURE;
+        }
+        self
+    }
+
+    /// Whether a triangle is a figure's.
+    #[inline]
+    pub fn is_figure(&self, triangle: usize) -> bool {
+        (self.owned[triangle] >> FIGURE) & 1 == 1
+    }
+
+    /// Whether two triangles meet each other: not those of figures.
+    #[inline]
+    pub(super) fn meet(&self, one: usize, other: usize) -> bool {
+        !(self.is_figure(one) && self.is_figure(other))
     }
 
     /// The triangles that have a particle for a corner, ascending.
@@ -173,6 +196,19 @@ mod tests {
                 all.flat_map(|t| faces.edges(t)).map(|[a, b]| [a.min(b), a.max(b)]).collect();
             owned.sort_unstable();
             assert_eq!(owned, edges.into_keys().collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn triangles_of_figures_meet_others_alone() {
+        let triangles = [[0, 1, 2], [3, 4, 5], [4, 5, 6], [7, 8, 9]];
+        let plain = Faces::new(&triangles, 10);
+        let faces = plain.clone().with_figures(|corner| (3..7).contains(&corner));
+        assert_eq!([0, 1, 2, 3].map(|face| faces.is_figure(face)), [false, true, true, false]);
+        assert!(!faces.meet(1, 2) && faces.meet(0, 1) && faces.meet(2, 3) && faces.meet(0, 3));
+        assert!(plain.meet(1, 2));
+        for face in 0..4 {
+            assert!(faces.vertices(face).eq(plain.vertices(face)) && faces.edges(face).eq(plain.edges(face)));
         }
     }
 

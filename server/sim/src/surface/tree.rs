@@ -153,7 +153,7 @@ impl Tree {
     ///
     /// `part_box` gives the box (m, finite numbers) about the way of a particle, already widened; it is asked of one particle
     /// at a time, and the box of an edge or of a triangle is that around the boxes of its corners. [`Self::refit`] has had
-    /// the same boxes. Left out are pairs that share a particle, and those that are not wanted.
+    /// the same boxes. Left out are pairs that share a particle, those of figures, and those that are not wanted.
     ///
     /// # Errors
     /// Where parts crowd so much that they would not fit into memory, or the search is given up: no list is written then.
@@ -335,7 +335,9 @@ impl Pairs<'_, '_> {
             while without.first().is_some_and(|first| (*first as usize) < *other) {
                 without = &without[1..];
             }
-            if without.first().is_some_and(|first| *first as usize == *other) {
+            if without.first().is_some_and(|first| *first as usize == *other)
+                || !self.faces.meet(face, *other)
+            {
                 continue;
             }
             let around = self.around(&triangles[*other]);

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::{
-    body::Body,
-    changes::{Change, ChangeError},
-    clock::World,
-    cloth::Cloth,
-    collider_move::ColliderMove,
-    pace::Pace,
-    rules::ChangeRules,
+    body::{Body, cloth::Cloth},
+    calls::{
+        changes::{Change, ChangeError},
+        collider_move::ColliderMove,
+        rules::ChangeRules,
+    },
+    clock::{World, pace::Pace},
 };
 use crate::{cloth::Air, collide::Motion, math::Real};
 

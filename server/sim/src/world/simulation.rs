@@ -3,15 +3,21 @@
 use std::sync::Arc;
 
 use super::{
-    begin::{BeginError, Beginning},
-    carried::Carried,
-    changes::{Change, ChangeError},
-    clock::World,
-    forces::CalledForces,
-    parameters::WorldParameters,
-    rules::ChangeRules,
-    setup::{SetupError, WorldSetup},
-    topology::{BodyTopology, StepBound},
+    calls::{
+        changes::{Change, ChangeError},
+        rules::ChangeRules,
+    },
+    clock::{
+        World,
+        begin::{BeginError, Beginning},
+        carried::Carried,
+    },
+    setup::{
+        SetupError, WorldSetup,
+        forces::CalledForces,
+        parameters::WorldParameters,
+        topology::{BodyTopology, StepBound},
+    },
 };
 use crate::{
     collide::{Collider, Pose},
@@ -199,10 +205,11 @@ impl Simulation {
         on_world!(self, world => world.called_forces(most))
     }
 
-    /// Writes a field over `out`, in the user's numbering: exact in `f64`, rounded in `f32`.
+    /// Writes a field over `out`, in the user's numbering: exact in `f64`, rounded in `f32`. Forces and accelerations are
+    /// evaluated for it, on the rayon pool that the caller installed.
     ///
     /// # Panics
-    /// Unless `out` has [`Field::width`] numbers per particle.
+    /// Unless `out` has [`Field::width`] numbers per particle; for what is evaluated, where several ranks step the simulation.
     pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
         on_world!(self, world => world.read(field, out));
     }
@@ -272,6 +279,15 @@ impl Simulation {
     pub fn grid_nodes(&self, out: &mut Vec<GridNode>) {
         out.clear();
         on_world!(self, world => world.snow().into_iter().for_each(|snow| snow.grid_nodes(out)));
+    }
+
+    /// The force of the stress (N) on each of the nodes of [`Self::grid_nodes`], at the state as it is; 0 on those that no
+    /// particle reaches any more. Runs on the rayon pool that the caller installed.
+    ///
+    /// # Panics
+    /// When several ranks have begun to step it.
+    pub fn grid_forces(&self) -> Vec<[f64; 3]> {
+        on_world!(self, world => world.snow().map_or_else(Vec::new, Snow::grid_forces))
     }
 
     /// Particles of the snow, in the user's numbering of the snow; empty without snow.

@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    body::Body,
-    clock::World,
-    cloth::{Cloth, Taken},
-    pace::Pace,
+    body::{
+        Body,
+        cloth::{Cloth, Taken},
+    },
+    clock::{World, pace::Pace},
+    setup::wind::Wind,
     simulation::Simulation,
-    wind::Wind,
 };
 use crate::{
     collide::{Collider, Motion},
@@ -245,7 +246,13 @@ mod tests {
         collide::{Contact, StartInside, Way, shape::Plane},
         math::{Padded, Sixteen},
         report::NoStopwatch,
-        world::{BodySetup, Change, ColliderMove, Forces, MoveKey, WorldSetup},
+        world::{
+            calls::{
+                changes::Change,
+                collider_move::{ColliderMove, MoveKey},
+            },
+            setup::{BodySetup, WorldSetup, forces::Forces},
+        },
     };
 
     fn setup() -> WorldSetup {

@@ -1,12 +1,13 @@
 //! What is read from a world: fields in the user's numbering, topology, hash, step bounds.
 
 use super::{
-    body::Body,
+    body::{Body, cloth::Cloth},
     clock::World,
-    cloth::Cloth,
-    forces::CalledForces,
-    parameters::WorldParameters,
-    topology::{BodyTopology, StepBound},
+    setup::{
+        forces::CalledForces,
+        parameters::WorldParameters,
+        topology::{BodyTopology, StepBound},
+    },
 };
 use crate::{
     collide::{Collider, Pose},
@@ -84,15 +85,18 @@ impl<R: Real> World<R> {
         self.colliders[index].pose(self.time())
     }
 
-    /// Writes a field over `out`, in the user's numbering: in `T`, rounded if that is narrower.
+    /// Writes a field over `out`, in the user's numbering: in `T`, rounded if that is narrower. Forces and accelerations are
+    /// evaluated for it, on the rayon pool that the caller installed.
     ///
     /// # Panics
-    /// Unless `out` has as many numbers as the field.
+    /// Unless `out` has as many numbers as the field; for what is evaluated, where several ranks step the world.
     pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
         let width = field.width();
         assert_eq!(out.len(), width * self.particle_count(), "{width} numbers per particle");
+        assert!(!field.is_evaluated() || self.ranks.is_none(), "it is evaluated where all particles are");
+        let around = self.around();
         for body in &self.bodies {
-            body.read(field, out);
+            body.read(field, &around, out);
         }
     }
 

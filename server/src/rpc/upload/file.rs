@@ -1,12 +1,12 @@
-//! A mesh file that comes in pieces, and is read when it is whole, by the readers of the command; or the file of a session.
+//! A mesh file that comes in pieces, and is read when it is whole, by the readers of the command; or the file of a session, or of frames.
 //!
-//! Enters: a header, then bytes. Leaves: the mesh, or what the reader found wrong, with file and line; the file of a session as it is,
+//! Enters: a header, then bytes. Leaves: the mesh or the frames, or what the reader found wrong, with file and line; the file of a session as it is,
 //! of which the hashes were checked.
 
 use nappe_proto::v1::{FileFormat, FileHeader};
 use nappe_scene::{
     SceneError,
-    mesh::{EtiOptions, Loaded, MeshFile},
+    mesh::{EtiOptions, Loaded, MeshFile, PointFrames, read_pc2},
 };
 use nappe_sim::mesh::TriangleMesh;
 
@@ -44,7 +44,7 @@ impl FileUpload {
             Ok(FileFormat::Unspecified) => {
                 return Err(ServiceError::field(
                     "file.format",
-                    "is missing: OBJ, OFF, PLY, STL, ETI or CHECKPOINT is needed",
+                    "is missing: OBJ, OFF, PLY, STL, ETI, CHECKPOINT or PC2 is needed",
                 ));
             }
             Ok(format) => format,
@@ -124,6 +124,26 @@ impl FileUpload {
         Ok((self.data, self.claim))
     }
 
+    /// Whether it holds frames of points, and no mesh.
+    pub(super) fn is_frames(&self) -> bool {
+        self.format == FileFormat::Pc2
+    }
+
+    /// Reads frames of points, after the memory that this takes was claimed.
+    ///
+    /// # Errors
+    /// No memory, what is wrong with the file, or more points than the limits allow.
+    pub(super) fn into_frames(self, limits: &Limits) -> Result<(PointFrames, Claim), ServiceError> {
+        self.claim.grow(self.data.len() as u64)?;
+        let frames = read_pc2(&self.data, self.name_in_messages()).map_err(|error| refused(&error))?;
+        check_points(u64::from(frames.points), limits)?;
+        Ok((frames, self.claim))
+    }
+
+    fn name_in_messages(&self) -> &str {
+        if self.name.is_empty() { "upload" } else { &self.name }
+    }
+
     /// Reads the file of a mesh, after the memory that this takes was claimed.
     ///
     /// # Errors
@@ -137,16 +157,18 @@ impl FileUpload {
             FileFormat::Off => MeshFile::Off(file),
             FileFormat::Ply => MeshFile::Ply(file),
             FileFormat::Stl => MeshFile::Stl(file),
-            FileFormat::Eti | FileFormat::Checkpoint | FileFormat::Unspecified => MeshFile::Eti {
-                points: file,
-                others: [faceset, masses, texcoord].map(|bytes| (!bytes.is_empty()).then_some(bytes)),
-                options: self.options,
-            },
+            FileFormat::Eti | FileFormat::Checkpoint | FileFormat::Pc2 | FileFormat::Unspecified => {
+                MeshFile::Eti {
+                    points: file,
+                    others: [faceset, masses, texcoord].map(|bytes| (!bytes.is_empty()).then_some(bytes)),
+                    options: self.options,
+                }
+            }
         };
 
         self.claim.grow(file.memory_bytes())?;
-        let name = if self.name.is_empty() { "upload" } else { &self.name };
-        let Loaded { mesh, warnings } = file.read(name).map_err(|error| refused(&error))?;
+        let Loaded { mesh, warnings } =
+            file.read(self.name_in_messages()).map_err(|error| refused(&error))?;
         check_points(mesh.points.len() as u64, limits)?;
         Ok((mesh, warnings, self.claim))
     }

@@ -27,7 +27,7 @@ pub(super) enum Incoming {
     File(FileUpload),
 }
 
-/// A mesh that is kept, or the file of a session.
+/// A mesh that is kept, or the file of a session or of frames.
 #[derive(Clone, Debug)]
 pub(in crate::rpc) struct Stored {
     pub(in crate::rpc) mesh_id: String,
@@ -95,6 +95,10 @@ impl Incoming {
             Self::File(file) if file.is_checkpoint() => {
                 let (file, _claim) = file.into_checkpoint()?;
                 return Ok(Stored { mesh_id: meshes.insert_checkpoint(file)?, warnings: Vec::new() });
+            }
+            Self::File(file) if file.is_frames() => {
+                let (frames, _claim) = file.into_frames(limits)?;
+                return Ok(Stored { mesh_id: meshes.insert_frames(frames)?, warnings: Vec::new() });
             }
             Self::File(file) => file.finish(limits)?,
         };

@@ -1,9 +1,6 @@
 //! Cases that a study of stability is made of: a scene's cloths at rest, damped, pressed together.
 
-use nappe_sim::{
-    cloth::{ElementList, Network},
-    mesh::TriangleMesh,
-};
+use nappe_sim::{cloth::Network, mesh::TriangleMesh};
 
 use super::{row::Across, spectrum::largest_frequency};
 use crate::case::{Case, direction, masses};
@@ -100,7 +97,11 @@ impl Case {
 
     /// Whether anything elastic is there, of which a map over damping can be made.
     pub fn has_springs(&self) -> bool {
-        self.setup.bodies.iter().any(|body| body.network.springs.iter().any(|s| s.law.stiffness > 0.0))
+        let networks = || self.setup.bodies.iter().map(|body| &body.network);
+        let elements = networks().flat_map(|network| &network.elements);
+        let mut membranes = elements.filter(|list| list.threads().is_some());
+        networks().flat_map(|network| &network.springs).any(|s| s.law.stiffness > 0.0)
+            || membranes.any(|list| list.law.stiffness > 0.0)
     }
 
     fn damped(&self, across: Across, value: f64) -> Self {
@@ -149,17 +150,18 @@ fn relax(network: &mut Network) {
     let mesh = TriangleMesh {
         points: network.x.clone(),
         triangles: network.triangles.clone(),
+        uv: network.uv.clone(),
         ..TriangleMesh::default()
     };
     for list in &mut network.elements {
-        *list = ElementList::new(list.kind, list.law, &mesh);
+        *list = list.on(&mesh);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use nappe_sim::{
-        cloth::{ClothSettings, ElementKind, SpringLaw, SpringRules},
+        cloth::{ClothSettings, ElementKind, ElementList, SpringLaw, SpringRules},
         math::Precision,
         world::{BodySetup, WorldSetup},
     };

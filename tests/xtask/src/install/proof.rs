@@ -35,7 +35,7 @@ pathlib.Path(sysconfig.get_path('purelib'), 'libraries.pth').write_text(sys.argv
 const SESSION: &str = "\
 import os, sys
 import nappe
-from nappe._launch import program
+from nappe._server._launch import program
 
 assert nappe.__file__.startswith(sys.prefix), nappe.__file__
 assert os.path.samefile(program(), os.path.join(sys.prefix, 'bin', 'nappe-server')), program()

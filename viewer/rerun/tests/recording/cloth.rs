@@ -30,6 +30,8 @@ fn scene() -> Topology {
         pins: vec![0, SIDE as u32 - 1],
         uv: Vec::new(),
         color: None,
+        masses: Vec::new(),
+        volumes: Vec::new(),
     };
     let base = count as u32;
     let chain = Body {
@@ -41,6 +43,8 @@ fn scene() -> Topology {
         pins: Vec::new(),
         uv: Vec::new(),
         color: None,
+        masses: Vec::new(),
+        volumes: Vec::new(),
     };
     let vector = |[x, y, z]: [f64; 3]| Some(v1::Vector3 { x, y, z });
     let plane = v1::PlaneShape { point: None, normal: vector([0.0, 1.0, 0.0]) };
@@ -74,6 +78,8 @@ fn frame(number: u64) -> Frame {
         velocities: None,
         plastic_ratios: None,
         stress_norms: None,
+        forces: None,
+        accelerations: None,
         grid: None,
         dropped_count: 0,
         diagnostics: Some(v1::Diagnostics { solve: Some(solve), loads, ..v1::Diagnostics::default() }),

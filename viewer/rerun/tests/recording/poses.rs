@@ -23,6 +23,8 @@ fn scene() -> Topology {
         pins: Vec::new(),
         uv: Vec::new(),
         color: None,
+        masses: Vec::new(),
+        volumes: Vec::new(),
     };
     let solid = Collider { name: "box".to_owned(), shape: Some(Shape::Box(solid)), velocity: [0.0; 3] };
     Topology { id: 1, particle_count: 1, bodies: vec![body], colliders: vec![solid] }
@@ -38,6 +40,8 @@ pub(crate) fn frame(number: u64, poses: Vec<ColliderPose>) -> Frame {
         velocities: None,
         plastic_ratios: None,
         stress_norms: None,
+        forces: None,
+        accelerations: None,
         grid: None,
         dropped_count: 0,
         diagnostics: None,

@@ -21,6 +21,8 @@ fn scene() -> Topology {
         pins: Vec::new(),
         uv: Vec::new(),
         color: None,
+        masses: Vec::new(),
+        volumes: Vec::new(),
     };
     let vector = |[x, y, z]: [f64; 3]| Some(v1::Vector3 { x, y, z });
     let (start, end, radius) = (vector([1.0, 0.0, 0.0]), vector([1.0, 1.0, 0.0]), 0.2);
@@ -63,6 +65,7 @@ fn grid(number: u64) -> GridFrame {
         indices: (0..8).map(index).collect(),
         masses,
         velocities,
+        forces: Vec::new(),
         stride: 1,
         node_count: 8,
     }
@@ -91,6 +94,8 @@ fn frame(number: u64) -> Frame {
         velocities: Some(Vectors::F32(vec![1.0; 3 * COUNT])),
         plastic_ratios: Some(Scalars::F32((0..COUNT).map(|p| 0.7 + p as f32 * 1e-3).collect())),
         stress_norms: Some(Scalars::F64(vec![100.0; COUNT])),
+        forces: Some(Vectors::F64(vec![0.5; 3 * COUNT])),
+        accelerations: None,
         grid: Some(grid(number)),
         dropped_count: 0,
         diagnostics: Some(diagnostics(number)),
@@ -117,6 +122,7 @@ fn a_file_holds_snow_its_grid_and_its_diagnostics_on_both_timelines() {
         "/world/bodies/0_block",
         "/world/grid/mass",
         "/world/grid/velocity",
+        "/world/particles/force",
         "/world/colliders/0_capsule",
         "/plots/snow_substeps",
         "/plots/snow_counts",
@@ -146,6 +152,7 @@ fn a_file_holds_snow_its_grid_and_its_diagnostics_on_both_timelines() {
     }
     let cloth = recorded.rows.keys().find(|(entity, _)| entity == "/plots/stretch");
     assert_eq!(cloth, None, "there is no cloth");
+    assert_eq!(recorded.count("/world/particles/acceleration", "step"), 0, "frames have none");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use nappe_client::{
 };
 use serde_json::{Value, json};
 
-use crate::{diagnostics, fields::ColorName};
+use crate::{options::fields::ColorName, words::diagnostics};
 
 /// Frames of a whole block.
 pub(super) const FRAMES: usize = 32;

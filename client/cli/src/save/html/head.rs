@@ -11,7 +11,7 @@ use nappe_client::{
 use nappe_scene::printable;
 use serde_json::{Value, json};
 
-use crate::error::{CliError, Result};
+use crate::words::error::{CliError, Result};
 
 /// Indices in a file are below this, as all whole numbers of packed arrays.
 const INDEX_LIMIT: usize = 1 << 23;

@@ -16,11 +16,12 @@ use self::{
     head::{About, head},
 };
 use crate::{
-    aside::Growing,
-    error::{CliError, Result},
-    fields::{ColorName, FieldsArgs},
-    output, session,
-    write::Existing,
+    files::{aside::Growing, write::Existing},
+    options::fields::{ColorName, FieldsArgs},
+    words::{
+        error::{CliError, Result},
+        output, session,
+    },
 };
 
 /// The page that shows what follows it; it ends with its own script, so that data can follow.

@@ -12,11 +12,9 @@ use nappe_scene::printable;
 
 use self::columns::{COLUMNS, Cell};
 use crate::{
-    aside::Growing,
-    error::Result,
-    output,
-    study::csv::{number, quoted},
-    write::Existing,
+    files::{aside::Growing, write::Existing},
+    studies::study::csv::{number, quoted},
+    words::{error::Result, output},
 };
 
 /// The columns of the frame itself.
@@ -129,6 +127,8 @@ mod tests {
             velocities: None,
             plastic_ratios: None,
             stress_norms: None,
+            forces: None,
+            accelerations: None,
             grid: None,
             dropped_count: 0,
             diagnostics,

@@ -27,6 +27,10 @@ pub(super) enum Array {
     PlasticRatio,
     /// Norm of the stress of snow (Pa).
     StressNorm,
+    /// Forces (N).
+    Force,
+    /// Accelerations (m/s²).
+    Acceleration,
 }
 
 impl Array {
@@ -38,12 +42,14 @@ impl Array {
             Self::Extent => "float3[] extent",
             Self::PlasticRatio => "float[] primvars:plasticRatio",
             Self::StressNorm => "float[] primvars:stressNorm",
+            Self::Force => "vector3f[] primvars:force",
+            Self::Acceleration => "vector3f[] primvars:acceleration",
         }
     }
 
     /// Whether its attribute has to say that it has a number of each point.
     pub(super) const fn is_primvar(self) -> bool {
-        matches!(self, Self::PlasticRatio | Self::StressNorm)
+        matches!(self, Self::PlasticRatio | Self::StressNorm | Self::Force | Self::Acceleration)
     }
 }
 
@@ -65,7 +71,7 @@ pub(super) struct Prim {
 }
 
 impl Prim {
-    /// A body, as the first frame shows it; of snow, with these arrays.
+    /// A body, as the first frame shows it, with these arrays, some of which are of snow alone.
     pub(super) fn of(body: &Body, frame: &Frame, fields: Fields) -> Self {
         let mut prim = Self {
             name: body.name.clone(),
@@ -81,6 +87,9 @@ impl Prim {
             (true, false) => prim.curves(body, frame),
             (true, true) => prim.points(frame, fields),
         }
+        let kept = [(Field::Forces, Array::Force), (Field::Accelerations, Array::Acceleration)];
+        let kept = kept.into_iter().filter(|(field, _)| fields.contains(*field));
+        prim.arrays.extend(kept.map(|(_, array)| array));
         if let Some(color) = body.color {
             let color = color.map(|part| linear(f64::from(part) / 255.0) as f32);
             prim.lines.push(format!("color3f[] primvars:displayColor = {}", usda_vectors(&[color])));
@@ -107,6 +116,8 @@ impl Prim {
             }
             Array::PlasticRatio => numbers(frame.plastic_ratios.as_ref()),
             Array::StressNorm => numbers(frame.stress_norms.as_ref()),
+            Array::Force => vectors(frame.forces.as_ref()),
+            Array::Acceleration => vectors(frame.accelerations.as_ref()),
         }
     }
 

@@ -20,11 +20,15 @@ use self::{
 };
 use super::solids::{Scene, View};
 use crate::{
-    aside::Growing,
-    error::{CliError, Result},
-    fields::FieldsArgs,
-    output,
-    write::{self, Existing},
+    files::{
+        aside::Growing,
+        write::{self, Existing},
+    },
+    options::fields::FieldsArgs,
+    words::{
+        error::{CliError, Result},
+        output,
+    },
 };
 
 /// A file larger than this is told how it gets smaller (bytes).

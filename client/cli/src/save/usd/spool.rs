@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::error::{CliError, Result};
+use crate::words::error::{CliError, Result};
 
 /// An attribute of a spool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use nappe_scene::{
     printable,
 };
 
-use crate::output;
+use crate::words::output;
 
 /// What the file of the particles tells; with the names of the bodies, in the order of their numbers.
 pub(super) fn of_frame(frame: &Frame, bodies: &[String]) -> Vec<VtpFact> {

@@ -24,9 +24,9 @@ use self::{
 };
 use super::room::Room;
 use crate::{
-    error::{CliError, Result},
-    fields::FieldsArgs,
-    write::{self, Existing},
+    files::write::{self, Existing},
+    options::fields::FieldsArgs,
+    words::error::{CliError, Result},
 };
 
 /// The index is written again after so many frames.
@@ -162,6 +162,8 @@ impl Vtk {
             frame.velocities.as_ref().map(|array| VtpArray::new("velocity", 3, vectors(array))),
             frame.plastic_ratios.as_ref().map(|array| VtpArray::new("plastic_ratio", 1, scalars(array))),
             frame.stress_norms.as_ref().map(|array| VtpArray::new("stress_norm", 1, scalars(array))),
+            frame.forces.as_ref().map(|array| VtpArray::new("force", 3, vectors(array))),
+            frame.accelerations.as_ref().map(|array| VtpArray::new("acceleration", 3, vectors(array))),
         ]
         .into_iter()
         .flatten()
@@ -186,13 +188,17 @@ impl Vtk {
         let positions: Vec<f32> = grid.positions().flatten().collect();
         let nodes: Vec<[u32; 1]> = (0..grid.len()).map(|node| [node as u32]).collect();
         let [lines, triangles] = [VtpCells::new::<2>(&[]), VtpCells::new::<3>(&[])];
+        let mut point_data = vec![
+            VtpArray::new("mass", 1, VtpNumbers::F32(&grid.masses)),
+            VtpArray::new("velocity", 3, VtpNumbers::F32(grid.velocities.as_flattened())),
+        ];
+        if frame.forces.is_some() && grid.forces.len() == grid.len() {
+            point_data.push(VtpArray::new("force", 3, VtpNumbers::F32(grid.forces.as_flattened())));
+        }
         let file = VtpFile {
             facts: &facts::of_instant(frame),
             points: &VtpArray::new("Points", 3, VtpNumbers::F32(&positions)),
-            point_data: &[
-                VtpArray::new("mass", 1, VtpNumbers::F32(&grid.masses)),
-                VtpArray::new("velocity", 3, VtpNumbers::F32(grid.velocities.as_flattened())),
-            ],
+            point_data: &point_data,
             cell_data: &[],
             vertices: &VtpCells::new(&nodes),
             lines: &lines,

@@ -21,7 +21,7 @@ const NEAR: f64 = 1.2;
 /// A plane that keeps both parts apart at the end as that across its direction does at the start keeps them apart in between: the lesser of one side less the
 /// greater of the other is concave in time. Otherwise it advances by what no corner can use up (Li et al. 2021, additive continuous collision detection).
 pub(crate) fn is_safe(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], floor: f64) -> bool {
-    let least = (KEPT * pair.gap).min(THIN * pair.thickness).max(floor);
+    let least = (KEPT * pair.hold.began).min(THIN * pair.thickness).max(floor);
     // What is not a number is not safe.
     separation(pair, end) > least || advances(pair, start, end, least)
 }
@@ -30,7 +30,7 @@ pub(crate) fn is_safe(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], f
 pub(crate) fn separation(pair: &Pair, x: [Vec3<f64>; 4]) -> f64 {
     let origin = x[3];
     let [a, b, c, d] = x.map(|x| (x - origin).dot(&pair.direction));
-    match pair.candidate.kind() {
+    match pair.candidate().kind() {
         PairKind::VertexTriangle => a - b.max(c).max(d),
         PairKind::Edges => a.min(b) - c.max(d),
     }
@@ -43,11 +43,11 @@ fn advances(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], least: f64)
         *way -= mean;
     }
     let [a, b, c, d] = ways.map(|way| way.norm());
-    let most = match pair.candidate.kind() {
+    let most = match pair.candidate().kind() {
         PairKind::VertexTriangle => a + b.max(c).max(d),
         PairKind::Edges => a.max(b) + c.max(d),
     };
-    let (mut gap, mut gone) = (pair.gap, 0.0);
+    let (mut gap, mut gone) = (pair.hold.began, 0.0);
     for _ in 0..MOST_ADVANCES {
         if gap <= NEAR * least {
             return false;
@@ -58,7 +58,7 @@ fn advances(pair: &Pair, start: [Vec3<f64>; 4], end: [Vec3<f64>; 4], least: f64)
             return true;
         }
         let there = std::array::from_fn(|k| start[k] + ways[k] * gone);
-        gap = closest(pair.candidate.kind(), there).difference.norm();
+        gap = closest(pair.candidate().kind(), there).difference.norm();
     }
     false
 }

@@ -9,24 +9,14 @@ use crate::math::Vec3;
 /// Speed (m/s) along each other below which friction is less than its bound: what rests creeps.
 pub(super) const CREEP: f64 = 1e-3;
 
-/// How what touches moves along each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Sliding {
-    /// No solve has said so yet.
-    #[default]
-    Unknown,
-    Held,
-    /// Along a unit vector.
-    Along(Vec3<f64>),
-}
-
-/// Friction of a pair as the solve has it.
+/// Friction of what pushes, as the solve has it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Friction {
-    sliding: Sliding,
+    /// The unit vector along which it slides; 0 of what is held.
+    pub(super) way: Vec3<f64>,
     /// h times the bound on the force (N s).
     bound: f64,
-    /// Over which speed (m/s) it is divided.
+    /// Over which speed (m/s) it is divided; 0 where no solve has said yet whether it slides.
     speed: f64,
 }
 
@@ -68,17 +58,17 @@ impl Friction {
     /// Takes over what the solve of a round led to. What slides at the last look is held back by what is viscous: nobody sees whether it turns round.
     pub(super) fn look(&mut self, Seen { bound, along, came, mass }: Seen, round: u32) -> Off {
         let (before, speed) = (*self, along.norm());
-        let slides = match before.sliding {
+        let (is_known, slid) = (before.speed > 0.0, before.way != Vec3::zeros());
+        let slides = match (is_known, slid) {
             // As if it were alone.
-            Sliding::Unknown => came > CREEP && bound < mass * speed,
-            Sliding::Held => speed > CREEP,
-            Sliding::Along(way) => way.dot(&along) > 0.0,
+            (false, _) => came > CREEP && bound < mass * speed,
+            (true, false) => speed > CREEP,
+            (true, true) => before.way.dot(&along) > 0.0,
         };
-        self.sliding =
-            if slides && round + 2 < SETTLING { Sliding::Along(along / speed) } else { Sliding::Held };
+        self.way = if slides && round + 2 < SETTLING { along / speed } else { Vec3::zeros() };
         (self.bound, self.speed) = (bound, if slides { speed.max(CREEP) } else { CREEP });
         let had = before.impulse(&along);
-        let is_held = before.sliding == Sliding::Held && !slides;
+        let is_held = is_known && !slid && !slides;
         let by = if slides {
             (had + along * (bound / speed)).norm()
         } else if is_held {
@@ -90,28 +80,19 @@ impl Friction {
     }
 
     /// h times force over speed (kg) of what moves across the way that it slides, or in every way.
-    pub(super) fn rub(&self) -> f64 {
+    pub(super) fn per_speed(&self) -> f64 {
         if self.speed > 0.0 { self.bound / self.speed } else { 0.0 }
-    }
-
-    /// The way that it slides, along which h times the force is known (N s).
-    pub(super) fn slides(&self) -> Option<(Vec3<f64>, f64)> {
-        match self.sliding {
-            Sliding::Along(way) => Some((way, self.bound)),
-            _ => None,
-        }
     }
 
     /// h times the force (N s) at a velocity along each other (m/s).
     pub(super) fn impulse(&self, along: &Vec3<f64>) -> Vec3<f64> {
-        let (way, push) = self.slides().unwrap_or_default();
-        -(way * push + (along - way * along.dot(&way)) * self.rub())
+        let Self { way, bound, .. } = self;
+        -(way * *bound + (along - way * along.dot(way)) * self.per_speed())
     }
 
     /// What it takes (J) within a step at a velocity along each other (m/s).
     pub(super) fn potential(&self, along: &Vec3<f64>) -> f64 {
-        let (way, push) = self.slides().unwrap_or_default();
-        let forth = along.dot(&way);
-        push * forth + 0.5 * self.rub() * (along.norm_squared() - forth * forth)
+        let forth = along.dot(&self.way);
+        self.bound * forth + 0.5 * self.per_speed() * (along.norm_squared() - forth * forth)
     }
 }

@@ -1,7 +1,7 @@
 //! Parts of a cloth that push each other, as one: what a group of them does as a whole follows from what acts on it from outside, like
 //! what a part alone does, unless pins hold it or a collider pushes it.
 
-use super::{pair::Pair, wall::Wall};
+use super::{pair::Pair, pushing::pushing, wall::Wall};
 use crate::{
     cloth::layout::{Model, Part, Pushed},
     math::{Real, Vec3},
@@ -26,17 +26,12 @@ pub(crate) struct Groups {
 
 impl Groups {
     /// Takes over which parts push each other, and which of them colliders push.
-    pub(super) fn find<'a, R: Real>(
-        &mut self,
-        model: &Model<R>,
-        pairs: &[Pair],
-        walls: impl Iterator<Item = &'a Wall>,
-    ) {
+    pub(super) fn find<R: Real>(&mut self, model: &Model<R>, pairs: &[Pair], walls: &[Vec<Wall>]) {
         let parts = model.parts.all();
         self.towards.clear();
         self.towards.extend(0..parts.len() as u32);
-        for pair in pairs.iter().filter(|pair| parts.len() > 1 && pair.activity.pushes()) {
-            let [first, .., last] = pair.candidate.corners.map(|corner| model.parts.of_row(corner as usize));
+        for pair in pairs.iter().filter(|pair| parts.len() > 1 && pair.hold.activity.pushes()) {
+            let [first, .., last] = pair.stencil.corners.map(|corner| model.parts.of_row(corner as usize));
             let (one, other) = (self.first_of(first), self.first_of(last));
             self.towards[one.max(other)] = one.min(other) as u32;
         }
@@ -61,8 +56,8 @@ impl Groups {
             all.is_held |= part.is_held;
             self.has_pins[group] |= part.is_held;
         }
-        for wall in walls.filter(|wall| wall.activity.pushes()) {
-            let row = wall.particle as usize;
+        for wall in walls.iter().flatten().filter(|wall| wall.hold.activity.pushes()) {
+            let row = wall.particle();
             let group = self.of_row(model, row);
             let (mass, along) = &mut self.touched[group];
             let m = model.m[row].to_f64();
@@ -87,17 +82,17 @@ impl Groups {
     }
 
     /// Takes over what walls push each group with in steps of `dt` (s), where particles go at velocities (m/s).
-    pub(super) fn feel<'a, R: Real>(
+    pub(super) fn feel<R: Real>(
         &mut self,
         model: &Model<R>,
-        walls: impl Iterator<Item = &'a Wall>,
+        walls: &[Vec<Wall>],
         (velocity, dt): (impl Fn(usize) -> Vec3<f64>, f64),
     ) {
         self.pushed.clear();
         self.pushed.resize(self.all.len(), Pushed::default());
-        for wall in walls.filter(|wall| wall.activity.pushes()) {
-            let row = wall.particle as usize;
-            let (pushed, group) = (wall.pushed(&velocity(row), dt), self.of_row(model, row));
+        for push in pushing(&[], walls) {
+            let pushed = push.pushed(&push.relative(&velocity), dt);
+            let group = self.of_row(model, push.stencil.corners[0] as usize);
             let sum = &mut self.pushed[group];
             (sum.impulse, sum.matrix) = (sum.impulse + pushed.impulse, sum.matrix + pushed.matrix);
         }

@@ -1,13 +1,13 @@
 //! A pair of parts of a surface in one sub-step: where they meet, and whether they push each other.
 //!
-//! With n the direction between the nearest points where they meet, and w their weights (1 in sum on the first side, -1 on the second), the gap at
-//! the end is linear about that place: g = g* + n.(w x' - w x*). A pair that is active adds the energy k (t - g)² / 2 to what the step
-//! minimises, so h² k n nᵀ times w wᵀ to its matrix. k = 100 m / h², 1 / m = sum w² / m_i: a load of the weight of m lies g h² / 100 deep.
+//! Its stencil is that of the nearest points where they meet, and its gap linear about that place: g = g* + n.(w x' - w x*). k = 100 m / h²,
+//! 1 / m = sum w² / m_i: a load of the weight of m lies g h² / 100 deep.
 
 use super::{
     friction::{Friction, Off, Seen},
-    place::{Going, Place, mixed},
-    rules::{ADDED, HARDER, KEPT, LATE, PULL, SETTLING, SHORT, STIFFNESS, THIN},
+    hold::{Activity, Hold, Stencil},
+    place::{Going, Place},
+    rules::{ADDED, HARDER, KEPT, LATE, SETTLING, SHORT, STIFFNESS, THIN},
 };
 use crate::{
     cloth::layout::Surface,
@@ -19,78 +19,31 @@ use crate::{
 const FARTHEST: f64 = 3.0;
 
 /// A pair in a sub-step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pair {
-    pub(crate) candidate: Candidate,
-    /// Distance (m) at the start, and the direction from the second part to the first there.
-    pub(crate) gap: f64,
-    pub(crate) direction: Vec3<f64>,
-    /// Distance that is kept, and the gap that the solve aims at (m).
-    pub(crate) thickness: f64,
-    pub(crate) target: f64,
-    /// Where they meet: weights of the nearest points, the direction from the second part to the first, and the linear gap (m) where no
-    /// corner moves.
-    pub(crate) weights: [f64; 4],
-    pub(crate) normal: Vec3<f64>,
-    at_start: f64,
-    /// h² k (kg); 0 where nothing is free.
-    pub(crate) stiffness: f64,
-    pub(super) friction: Friction,
-    pub(crate) activity: Activity,
+    pub(super) stencil: Stencil,
+    pub(super) hold: Hold,
+    /// Number of the triangle, as in a [`Candidate`].
+    triangle: u32,
+    /// From the second part to the first at the start: a unit vector.
+    pub(super) direction: Vec3<f64>,
+    /// Distance (m) that is kept.
+    pub(super) thickness: f64,
     pushes_at: PushesAt,
     /// How many times it was made harder.
     hardened: u8,
 }
 
 /// Where a pair pushes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum PushesAt {
     /// Where the surfaces touch that it is part of.
+    #[default]
     Touching,
     /// Wherever its nearest points lie: it was not certified once.
     Nearest,
     /// Where its nearest points were at the start: it was not certified once more, or late. Sets of such pairs do not alternate.
     Start,
-}
-
-/// Whether a pair pushes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Activity {
-    /// It is not near, and is not kept.
-    Far,
-    Idle,
-    Active,
-    /// It was dropped once in this sub-step.
-    Dropped,
-    /// It was dropped once in this sub-step, and is active again.
-    Again,
-    /// It was dropped twice in this sub-step.
-    Gone,
-}
-
-impl Activity {
-    pub(crate) fn pushes(self) -> bool {
-        matches!(self, Self::Active | Self::Again)
-    }
-
-    /// It pushes from now on.
-    pub(super) fn added(self) -> Self {
-        match self {
-            Self::Idle => Self::Active,
-            Self::Dropped => Self::Again,
-            same => same,
-        }
-    }
-
-    /// It does not push any more after a round in which it pulled by a share of the thickness. One that was dropped before goes on, since sets of
-    /// pairs may alternate for ever; late on, what pulls hard is dropped for good.
-    pub(super) fn dropped(self, pull: f64, round: u32) -> Self {
-        match self {
-            Self::Active if pull > PULL => Self::Dropped,
-            Self::Again if pull > SHORT && round >= LATE => Self::Gone,
-            same => same,
-        }
-    }
 }
 
 /// What a look at a pair after a solve found.
@@ -103,23 +56,14 @@ pub(crate) struct Look {
 }
 
 impl Pair {
-    /// One of which nothing is known but that it is not near.
-    pub(super) fn far(candidate: Candidate) -> Self {
-        Self {
-            candidate,
-            gap: 0.0,
-            direction: Vec3::zeros(),
-            thickness: 0.0,
-            target: 0.0,
-            weights: [0.0; 4],
-            normal: Vec3::zeros(),
-            at_start: 0.0,
-            stiffness: 0.0,
-            friction: Friction::default(),
-            activity: Activity::Far,
-            pushes_at: PushesAt::Touching,
-            hardened: 0,
-        }
+    /// The parts that it is of.
+    pub(super) fn candidate(&self) -> Candidate {
+        Candidate { corners: self.stencil.corners, triangle: self.triangle }
+    }
+
+    /// Is of other parts from now on, of which nothing else is known yet.
+    pub(super) fn take(&mut self, candidate: Candidate) {
+        (self.stencil.corners, self.triangle) = (candidate.corners, candidate.triangle);
     }
 
     /// A pair in a sub-step that begins with its corners at `x` (m), and may give back so much of what it lost (m). None where it stays apart
@@ -138,15 +82,12 @@ impl Pair {
         let direction = if gap > 0.0 { found.difference / gap } else { Vec3::zeros() };
         let thickness = surface.distance_of(&candidate);
         Some(Self {
-            gap,
+            stencil: Stencil { corners: candidate.corners, weights: found.weights, normal: direction },
+            hold: Hold::idle(gap, thickness.min(gap + regained), 0.0),
+            triangle: candidate.triangle,
             direction,
             thickness,
-            target: thickness.min(gap + regained),
-            weights: found.weights,
-            normal: direction,
-            at_start: gap,
-            activity: Activity::Idle,
-            ..Self::far(candidate)
+            ..Self::default()
         })
     }
 
@@ -160,14 +101,14 @@ impl Pair {
         if self.pushes_at == PushesAt::Start {
             return None;
         }
-        let place = self.going([start, ways]).meets(self.target)?;
+        let place = self.going([start, ways]).meets(self.hold.target)?;
         let is_anywhere = self.pushes_at == PushesAt::Nearest;
-        place.borne(&surface.faces, &self.candidate, at).or(is_anywhere.then_some(place))
+        place.borne(&surface.faces, &self.candidate(), at).or(is_anywhere.then_some(place))
     }
 
     /// How its corners go such ways (m) from where they start.
     fn going(&self, [start, ways]: [[Vec3<f64>; 4]; 2]) -> Going {
-        Going { kind: self.candidate.kind(), start, ways, gap: self.gap, normal: self.direction }
+        Going { kind: self.candidate().kind(), start, ways, gap: self.hold.began, normal: self.direction }
     }
 
     /// Begins to push where it would meet on ways (m) without it, with corners of inverse masses (1/kg).
@@ -180,19 +121,19 @@ impl Pair {
     ) {
         // What is not near yet may be led elsewhere.
         let is_near = |place: &Place| {
-            self.gap < (1.0 + SHORT) * self.thickness || place.distance < THIN * self.thickness
+            self.hold.began < (1.0 + SHORT) * self.thickness || place.distance < THIN * self.thickness
         };
         if let Some(place) = self.meets(surface, on_ways, at).filter(is_near) {
             self.put(&place, &on_ways[1], inv_m);
-            self.activity = if self.can_push() { Activity::Active } else { Activity::Idle };
+            self.hold.add();
         }
     }
 
     /// Takes over where it meets on ways (m).
     fn put(&mut self, place: &Place, ways: &[Vec3<f64>; 4], inv_m: [f64; 4]) {
-        (self.weights, self.normal) = (place.weights, place.normal);
-        self.at_start = place.distance - place.share * self.normal.dot(&mixed(ways, &self.weights));
-        self.stiffness = self.hardness() * stiffness_of(self.weights, inv_m);
+        (self.stencil.weights, self.stencil.normal) = (place.weights, place.normal);
+        self.hold.gap = place.distance - place.share * self.across(ways);
+        self.hold.stiffness = self.hardness() * stiffness_of(place.weights, inv_m);
     }
 
     /// How many times as hard it is as one that was not made harder.
@@ -200,51 +141,16 @@ impl Pair {
         (0..self.hardened).fold(1.0, |hardness, _| hardness * HARDER)
     }
 
-    /// Whether anything of it is free, and it has a direction.
-    pub(crate) fn can_push(&self) -> bool {
-        self.stiffness > 0.0
+    /// By how much (m) ways (m) of its corners take its parts farther apart.
+    fn across(&self, ways: &[Vec3<f64>; 4]) -> f64 {
+        self.stencil.normal.dot(&self.stencil.relative(ways))
     }
 
-    /// What friction sees of it, from its relative way (m) in `dt` (s) and the relative velocity (m/s) that it came with.
-    fn seen(&self, bound: f64, [way, came]: [&Vec3<f64>; 2], dt: f64) -> Seen {
-        let mass = self.stiffness / (STIFFNESS * self.hardness());
-        Seen { bound, along: self.along(way) / dt, came: self.along(came).norm(), mass }
-    }
-
-    /// The way or velocity of the first nearest point relative to the second, from those of the corners.
-    pub(crate) fn relative(&self, of_corners: &[Vec3<f64>; 4]) -> Vec3<f64> {
-        mixed(of_corners, &self.weights)
-    }
-
-    /// What of a relative way or velocity is along the surfaces.
-    pub(crate) fn along(&self, relative: &Vec3<f64>) -> Vec3<f64> {
-        relative - self.normal * relative.dot(&self.normal)
-    }
-
-    /// The linear gap (m) after a relative way (m).
-    pub(crate) fn gap_after(&self, way: &Vec3<f64>) -> f64 {
-        self.at_start + way.dot(&self.normal)
-    }
-
-    /// Whether it is beyond what it aims at after a relative way (m).
-    pub(crate) fn pulls(&self, way: &Vec3<f64>) -> bool {
-        self.gap_after(way) >= self.target
-    }
-
-    /// How much (m) of what was lost of the thickness it gives back.
-    pub(crate) fn regained(&self) -> f64 {
-        (self.target - self.gap).max(0.0)
-    }
-
-    /// h times the force (N s) with which it pushes after a relative way (m) in `dt` (s).
-    pub(crate) fn impulse(&self, way: &Vec3<f64>, dt: f64) -> f64 {
-        self.stiffness / dt * (self.target - self.gap_after(way))
-    }
-
-    /// Energy (J) of its push after a relative way (m) in `dt` (s), on both sides of its target as the solve has it.
-    pub(crate) fn energy(&self, way: &Vec3<f64>, dt: f64) -> f64 {
-        let short = self.target - self.gap_after(way);
-        0.5 * self.stiffness / (dt * dt) * short * short
+    /// What friction sees of it, from the ways (m) of its corners in `dt` (s) and the velocities (m/s) that they came with.
+    fn seen(&self, bound: f64, [ways, came]: [&[Vec3<f64>; 4]; 2], dt: f64) -> Seen {
+        let [way, came] = [ways, came].map(|vectors| self.stencil.along(&self.stencil.relative(vectors)));
+        let mass = self.hold.stiffness / (STIFFNESS * self.hardness());
+        Seen { bound, along: way / dt, came: came.norm(), mass }
     }
 
     /// Looks at where the solve of a round leads, from where its corners begin, their ways (m) in `dt` (s) and the velocities (m/s) that they came
@@ -260,45 +166,42 @@ impl Pair {
         at: impl Fn(u32, f64) -> Vec3<f64>,
     ) -> Look {
         let mut look = Look::default();
-        let way = self.relative(&ways);
-        let (gap, pushed) = (self.gap_after(&way), self.activity.pushes());
-        let push = if pushed { self.impulse(&way, dt).max(0.0) } else { 0.0 };
+        let (across, pushed) = (self.across(&ways), self.hold.activity.pushes());
+        let gap = self.hold.gap_after(across);
+        let push = if pushed { self.hold.impulse(across, dt).max(0.0) } else { 0.0 };
         let place = self.meets(surface, [start, ways], at);
         if !pushed {
-            let falls_short = place.filter(|place| place.distance < self.target - ADDED * self.thickness);
-            let Some(place) = falls_short else { return look };
+            let least = self.hold.target - ADDED * self.thickness;
+            let Some(place) = place.filter(|place| place.distance < least) else { return look };
             self.put(&place, &ways, inv_m);
-            let next = if self.can_push() { self.activity.added() } else { self.activity };
-            if next != self.activity {
-                (self.activity, look.is_changed) = (next, true);
-                let way = self.relative(&ways);
+            look.is_changed = self.hold.add();
+            if look.is_changed {
                 // As if it carried itself alone.
-                let bound = friction * self.impulse(&way, dt) / STIFFNESS;
-                let seen = self.seen(bound, [&way, &self.relative(&came)], dt);
+                let bound = friction * self.hold.impulse(self.across(&ways), dt) / STIFFNESS;
+                let seen = self.seen(bound, [&ways, &came], dt);
                 let rubs = friction > 0.0 && round > 0;
-                self.friction = if rubs { Friction::guess(seen) } else { Friction::default() };
+                self.hold.rub = if rubs { Friction::guess(seen) } else { Friction::default() };
             }
             return look;
         }
         if let Some(place) = &place {
-            if round < last && gap < THIN * self.thickness.min(self.gap) {
+            if round < last && gap < THIN * self.thickness.min(self.hold.began) {
                 (self.hardened, look.is_changed) = (self.hardened + 1, true);
             }
             self.put(place, &ways, inv_m);
-            look.is_changed |= (self.gap_after(&self.relative(&ways)) - gap).abs() > SHORT * self.thickness;
+            let now = self.hold.gap_after(self.across(&ways));
+            look.is_changed |= (now - gap).abs() > SHORT * self.thickness;
         }
         // What slides goes across the direction that the next solve has.
         if friction > 0.0 && round < SETTLING {
-            let seen = self.seen(friction * push, [&self.relative(&ways), &self.relative(&came)], dt);
-            look.off = self.friction.look(seen, round);
+            let seen = self.seen(friction * push, [&ways, &came], dt);
+            look.off = self.hold.rub.look(seen, round);
         }
-        if place.is_none() && !(self.pushes_at == PushesAt::Start && gap < self.target) {
+        let target = self.hold.target;
+        if place.is_none() && !(self.pushes_at == PushesAt::Start && gap < target) {
             // What meets nothing where it was led has nothing to push, but pulls nothing.
-            let pull = if gap < self.target { SHORT } else { (gap - self.target) / self.thickness };
-            let next = self.activity.dropped(pull, round);
-            if next != self.activity {
-                (self.activity, self.friction, look.is_changed) = (next, Friction::default(), true);
-            }
+            let pull = if gap < target { SHORT } else { (gap - target) / self.thickness };
+            look.is_changed |= self.hold.let_go(pull, round);
         }
         look
     }
@@ -308,22 +211,17 @@ impl Pair {
     pub(crate) fn insist(&mut self, [start, ways]: [[Vec3<f64>; 4]; 2], inv_m: [f64; 4], round: u32) {
         let is_first = self.pushes_at == PushesAt::Touching && round < LATE;
         self.pushes_at = if is_first { PushesAt::Nearest } else { PushesAt::Start };
-        if self.activity.pushes() || !is_first {
+        if self.hold.activity.pushes() || !is_first {
             self.hardened += 1;
         }
         let going = self.going([start, ways]);
-        let meeting = if is_first { going.meets(self.target) } else { None };
+        let meeting = if is_first { going.meets(self.hold.target) } else { None };
         if let Some(place) = meeting.or_else(|| going.begins()) {
             self.put(&place, &ways, inv_m);
-            if self.can_push() && !self.activity.pushes() {
-                self.activity = Activity::Active;
+            if self.hold.stiffness > 0.0 && !self.hold.activity.pushes() {
+                self.hold.activity = Activity::Active;
             }
         }
-    }
-
-    /// Goes on as the same pair did that was found before.
-    pub(crate) fn go_on(&mut self, before: &Self) {
-        *self = *before;
     }
 }
 

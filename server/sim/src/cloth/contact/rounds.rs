@@ -7,6 +7,7 @@ use super::{
     groups::Groups,
     limit::{failure_of, moved_pin, pairs_in},
     pair::{Look, Pair},
+    pushing::pushing,
     room::make_room,
     rows::PairRows,
     rules::SETTLING,
@@ -19,7 +20,7 @@ use crate::{
         layout::{Model, Surface},
         state::State,
     },
-    collide::{BlockLoads, Carried, Collider, Contacts, Felt, Kept, resolve},
+    collide::{Approach, BlockLoads, Carried, Collider, Contacts, Felt, Kept, Met, resolve},
     interrupt::Interrupt,
     linalg::Inverse3,
     math::{Padded, Real, Sixteen, Vec3},
@@ -59,9 +60,9 @@ pub(crate) struct Contact<R: Real> {
     walls_before: Vec<Vec<Wall>>,
     pub(crate) rows: PairRows<R>,
     looks: Vec<Look>,
-    /// Positions (m) and velocities (m/s) after colliders were met.
+    /// Positions (m) and velocities (m/s) after colliders were met in the last round, and what was met; none before the first one.
     ends: [Vec<Padded<R>>; 2],
-    kept: Kept,
+    met: Option<Met>,
     /// What walls gave to colliders.
     given: BlockLoads,
     /// Which parts push each other in the next solve.
@@ -124,6 +125,7 @@ impl<R: Real> Contact<R> {
         self.rows.keep(model, rows);
         self.report = SurfaceReport::default();
         (self.first_unsafe, self.driven, self.energy) = (None, None, PairEnergy::default());
+        self.met = None;
         Ok(())
     }
 
@@ -142,17 +144,16 @@ impl<R: Real> Contact<R> {
     /// Takes the pairs that push over into the rows of the next solve, beside the inverse diagonal blocks without them.
     pub(crate) fn set(&mut self, scene: Scene<'_, R>, inverse: &[Inverse3]) {
         let Scene { model, state, sub_step: SubStep { dt, .. }, .. } = scene;
-        let walls = self.walls.iter().flatten();
-        self.rows.set((model, inverse), &self.pairs, walls, (&state.v, dt));
-        self.groups.find(model, &self.pairs, self.walls.iter().flatten());
+        self.rows.set((model, inverse), pushing(&self.pairs, &self.walls), (&state.v, dt));
+        self.groups.find(model, &self.pairs, &self.walls);
     }
 
     /// Takes over what colliders push each group with, where a solve leads to velocities (m/s).
     pub(crate) fn feel(&mut self, model: &Model<R>, velocity: impl Fn(usize) -> Vec3<f64>, dt: f64) {
-        self.groups.feel(model, self.walls.iter().flatten(), (velocity, dt));
+        self.groups.feel(model, &self.walls, (velocity, dt));
     }
 
-    /// Looks at where a solve leads.
+    /// Looks at where a solve leads, once it has met colliders.
     ///
     /// # Errors
     /// Where so many parts could meet that their pairs do not fit into memory, or the step is given up.
@@ -160,15 +161,16 @@ impl<R: Real> Contact<R> {
         &mut self,
         scene: Scene<'_, R>,
         next: &State<R>,
+        kept: &mut Kept,
         round: u32,
     ) -> Result<Review, StepFailure> {
         let Scene { model, state, sub_step: SubStep { dt, .. }, .. } = scene;
-        let walls = self.walls.iter().flatten();
-        self.energy = PairEnergy::of((model, &self.groups), &self.pairs, walls, [&state.v, &next.v], dt);
-        let active = self.pairs.iter().filter(|pair| pair.activity.pushes()).count();
-        self.meet(scene, next);
+        let pushing = pushing(&self.pairs, &self.walls);
+        self.energy = PairEnergy::of((model, &self.groups), pushing, [&state.v, &next.v], dt);
+        let active = self.pairs.iter().filter(|pair| pair.hold.activity.pushes()).count();
 
         let (mut is_changed, mut off) = self.review_walls(scene, next, round);
+        self.meet(scene, next, kept);
         self.look(scene, next, round);
         if scene.interrupt.is_requested() {
             return Err(StepFailure::Interrupted);
@@ -178,14 +180,14 @@ impl<R: Real> Contact<R> {
             is_changed |= look.is_changed;
             off = off.and(look.off);
             if look.is_unsafe && self.driven.is_none() {
-                self.driven = moved_pin(model, &next.v, pair.candidate.corners);
+                self.driven = moved_pin(model, &next.v, pair.stencil.corners);
             }
             if look.is_unsafe && self.first_unsafe.is_none() {
-                let [first, .., last] = pair.candidate.corners;
-                let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
+                let [first, .., last] = pair.stencil.corners;
+                let end = pair.stencil.corners.map(|corner| wide(&self.ends[0][corner as usize]));
                 let apart = separation(pair, end);
                 // What is not a number is no gap.
-                let gap = if apart > 0.0 { apart.min(pair.gap) } else { 0.0 };
+                let gap = if apart > 0.0 { apart.min(pair.hold.began) } else { 0.0 };
                 self.first_unsafe = Some(([first, last], gap));
             }
         }
@@ -207,80 +209,60 @@ impl<R: Real> Contact<R> {
         Ok(Review::Safe)
     }
 
-    /// Reviews all walls: whether other ones push, and by how much friction is off.
+    /// Reviews all walls, which keep what the solve pushed with: whether other ones push, and by how much friction is off.
     fn review_walls(&mut self, scene: Scene<'_, R>, next: &State<R>, round: u32) -> (bool, Off) {
         let Scene { model, surface, state, sub_step, .. } = scene;
         let (mut is_changed, mut off) = (false, Off::default());
         for wall in self.walls.iter_mut().flatten() {
-            let particle = wall.particle as usize;
-            let collider = &scene.colliders[wall.collider as usize];
-            let v = [&state.v, &next.v].map(|v| wide(&v[particle]));
+            let [particle, collider] = wall.key();
+            let collider = &scene.colliders[collider];
+            let (x, v) = (wide(&state.x[particle]), [&state.v, &next.v].map(|v| wide(&v[particle])));
             let inv_m = model.inv_m[particle].to_f64();
-            let of_particle = (surface.thickness_of(wall.particle), inv_m);
-            let rounds = [round, ROUNDS - LAST];
-            let (changed, of) =
-                wall.review(collider, (wide(&state.x[particle]), v), sub_step, of_particle, rounds);
+            wall.keep_push(&v[1], sub_step.dt, inv_m);
+            let comes = Approach { collider, x: [x, x + v[1] * sub_step.dt], v, sub_step };
+            let of_particle = (surface.thickness_of(particle as u32), inv_m);
+            let (changed, of) = wall.review(&comes, of_particle, [round, ROUNDS - LAST]);
             is_changed |= changed;
             off = off.and(of);
         }
         (is_changed, off)
     }
 
-    /// Lets a copy of what a solve led to meet colliders, as the sub-step will.
-    fn meet(&mut self, scene: Scene<'_, R>, next: &State<R>) {
+    /// Lets a copy of what a solve led to meet colliders: that of the last round is the end of the sub-step.
+    fn meet(&mut self, scene: Scene<'_, R>, next: &State<R>, kept: &mut Kept) {
         let Scene { model, colliders, state, sub_step, .. } = scene;
-        let [x, v] = &mut self.ends;
+        let Self { walls, given, ends: [x, v], energy, .. } = self;
         x.clone_from(&next.x);
         v.clone_from(&next.v);
         if colliders.is_empty() {
+            self.met = Some(Met::default());
             return;
         }
-        for wall in self.walls.iter_mut().flatten() {
-            wall.keep_push(
-                &wide(&next.v[wall.particle as usize]),
-                sub_step.dt,
-                model.inv_m[wall.particle as usize].to_f64(),
-            );
-        }
-        let Self { walls, given, ends: [x, v], kept, .. } = self;
         rub(model, colliders, walls, given, (&state.x, sub_step.dt), [x, v]);
         let contacts = Contacts { colliders, sub_step, share: &model.share, user: &model.user };
-        resolve(contacts, &model.inv_m, [&state.x, &state.v], [x, v], None, kept);
-    }
-
-    /// Rubs what the solve pushed against colliders; what that gives them is in [`Self::given`].
-    pub(crate) fn rub(
-        &mut self,
-        model: &Model<R>,
-        colliders: &[Collider],
-        (from, dt): (&[Padded<R>], f64),
-        [x, v]: [&mut [Padded<R>]; 2],
-    ) {
-        if !colliders.is_empty() {
-            rub(model, colliders, &self.walls, &mut self.given, (from, dt), [x, v]);
-        }
-    }
-
-    /// How many times a collider pushed a particle in the last solve, or pulled it a little as it let go.
-    pub(crate) fn pushed(&self) -> u64 {
-        self.walls.iter().flatten().filter(|wall| wall.pushed != 0.0).count() as u64
-    }
-
-    /// How surfaces of colliders move that the solve pushed with, and what their motion gave beyond what it counted.
-    pub(crate) fn carried(&self, model: &Model<R>) -> Carried {
-        let mut carried = Carried::default();
-        for wall in self.walls.iter().flatten().filter(|wall| wall.pushed != 0.0) {
-            let push = wall.pushed.abs() * model.m[wall.particle as usize].to_f64();
+        let mut met = resolve(contacts, &model.inv_m, [&state.x, &state.v], [x, v], None, kept);
+        kept.add(given);
+        // How many times a collider pushed a particle in the solve, or pulled it a little as it let go; how those surfaces move, and what their
+        // motion gave beyond what the solve counted.
+        let (mut pushed, mut carried) = (0, Carried::default());
+        for wall in walls.iter().flatten().filter(|wall| wall.pushed != 0.0) {
+            let push = wall.pushed.abs() * model.m[wall.particle()].to_f64();
+            pushed += 1;
             carried.push += push;
             (0..3).for_each(|c| carried.along[c] += push * wall.velocity[c]);
         }
-        carried.work = self.given.work() - self.energy.of_colliders;
-        carried
+        carried.work = given.work() - energy.of_colliders;
+        (met.touched, met.carried) = (met.touched.max(pushed), met.carried.and(carried));
+        self.met = Some(met);
     }
 
-    /// What walls gave to colliders in the sub-step.
-    pub(crate) fn given(&self) -> &BlockLoads {
-        &self.given
+    /// Puts the ends of the last round in place of where the solve led, and tells what was met there; none where no round has met colliders.
+    pub(crate) fn take(&mut self, next: &mut State<R>) -> Option<Met> {
+        let met = self.met.take()?;
+        let [x, v] = &mut self.ends;
+        std::mem::swap(x, &mut next.x);
+        std::mem::swap(v, &mut next.v);
+        Some(met)
     }
 
     /// Reviews all pairs, and whether each is safe.
@@ -298,7 +280,7 @@ impl<R: Real> Contact<R> {
                 return;
             }
             for (pair, look) in pairs.iter_mut().zip(looks) {
-                let corners = pair.candidate.corners;
+                let corners = pair.stencil.corners;
                 let at = |field: &[Padded<R>]| corners.map(|corner| wide(&field[corner as usize]));
                 let (start, end) = (at(&state.x), at(&ends[0]));
                 let largest = end.iter().map(Vec3::amax).fold(0.0, f64::max);
@@ -328,8 +310,7 @@ impl<R: Real> Contact<R> {
         self.list_walls(scene);
         for (walls, before) in self.walls.iter_mut().zip(&self.walls_before) {
             for wall in walls {
-                let key = (wall.particle, wall.collider);
-                if let Ok(place) = before.binary_search_by_key(&key, |wall| (wall.particle, wall.collider)) {
+                if let Ok(place) = before.binary_search_by_key(&wall.key(), Wall::key) {
                     *wall = before[place];
                 }
             }
@@ -348,9 +329,9 @@ impl<R: Real> Contact<R> {
     fn least_gap(&self) -> f64 {
         let mut least = f64::INFINITY;
         for pair in &self.pairs {
-            let end = pair.candidate.corners.map(|corner| wide(&self.ends[0][corner as usize]));
+            let end = pair.stencil.corners.map(|corner| wide(&self.ends[0][corner as usize]));
             if separation(pair, end) < least {
-                least = least.min(closest(pair.candidate.kind(), end).difference.norm());
+                least = least.min(closest(pair.candidate().kind(), end).difference.norm());
             }
         }
         least
@@ -374,10 +355,9 @@ fn rub<R: Real>(
     model.share.own().each((fields, felt), |block, ((walls, [x, v], from), felt)| {
         let first = block * model.block_size;
         for wall in walls.iter().filter(|wall| wall.pushed != 0.0) {
-            let row = wall.particle as usize - first;
-            let inv_m = model.inv_m[wall.particle as usize].to_f64();
+            let [particle, number] = wall.key();
+            let (row, inv_m) = (particle - first, model.inv_m[particle].to_f64());
             let [mut end, mut velocity] = [wide(&x[row]), wide(&v[row])];
-            let number = wall.collider as usize;
             let moved = wall.rub(
                 &colliders[number],
                 (&wide(&from[row]), inv_m, dt),

@@ -1,8 +1,8 @@
-//! What active pairs add to a solve: to the matrix, block by block of rows, to its diagonal blocks and to the right-hand side.
+//! What pushes adds to a solve: to the matrix, block by block of rows, to its diagonal blocks and to the right-hand side.
 //!
 //! A block has the pairs that touch it, in their order, so that a row adds them in one order whatever the number of threads.
 
-use super::{pair::Pair, room::make_room, wall::Wall, ways::wide};
+use super::{pushing::Pushing, room::make_room, ways::wide};
 use crate::{
     cloth::layout::Model,
     linalg::{Inverse3, Symmetric3},
@@ -10,7 +10,7 @@ use crate::{
     parallel::{block_count, per_sixteen, per_sixteen_mut, size},
 };
 
-/// An active pair as the solve has it.
+/// What pushes, as the solve has it.
 #[derive(Clone, Copy, Debug)]
 struct Push<R: Real> {
     corners: [u32; 4],
@@ -65,46 +65,27 @@ impl<R: Real> PairRows<R> {
         self.pushes.is_empty()
     }
 
-    /// Takes over the active ones of pairs and walls, at velocities (m/s) with which a sub-step of `dt` (s) starts; what they add to the diagonal
-    /// blocks goes beside the inverses of the evaluation.
+    /// Takes over what pushes, at velocities (m/s) with which a sub-step of `dt` (s) starts; what that adds to the diagonal blocks goes beside the
+    /// inverses of the evaluation.
     pub(crate) fn set<'a>(
         &mut self,
         (model, inverse): (&Model<R>, &[Inverse3]),
-        pairs: &[Pair],
-        walls: impl Iterator<Item = &'a Wall> + Clone,
+        pushing: impl Iterator<Item = Pushing<'a>> + Clone,
         (v, dt): (&[Padded<R>], f64),
     ) {
-        let pairs = pairs.iter().filter(|pair| pair.activity.pushes());
-        let walls = walls.filter(|wall| wall.activity.pushes());
         self.pushes.clear();
-        make_room(&mut self.pushes, pairs.clone().count() + walls.clone().count(), usize::MAX);
-        for pair in pairs {
-            let corners = pair.candidate.corners;
-            let velocity = pair.relative(&corners.map(|corner| wide(&v[corner as usize])));
-            let rubbed = pair.friction.impulse(&pair.along(&velocity));
-            let given = pair.normal * pair.impulse(&(velocity * dt), dt) + rubbed;
+        make_room(&mut self.pushes, pushing.clone().count(), usize::MAX);
+        for push in pushing {
+            let Pushing { stencil, hold, .. } = push;
+            let (velocity, rub) = (push.relative(|corner| wide(&v[corner])), hold.rub.per_speed());
             self.pushes.push(Push {
-                corners,
-                weights: pair.weights.map(R::of),
-                normal: pair.normal.map(R::of),
-                along: R::of(pair.stiffness - pair.friction.rub()),
-                rub: R::of(pair.friction.rub()),
-                slides: pair.friction.slides().map_or(Vec3::zeros(), |(way, _)| way.map(R::of)),
-                given: given.map(R::of),
-            });
-        }
-        for wall in walls {
-            let velocity = wide(&v[wall.particle as usize]);
-            let rubbed = wall.friction.impulse(&wall.along(&velocity));
-            let given = wall.normal * wall.impulse(&velocity, dt) + rubbed;
-            self.pushes.push(Push {
-                corners: [wall.particle; 4],
-                weights: [R::one(), R::zero(), R::zero(), R::zero()],
-                normal: wall.normal.map(R::of),
-                along: R::of(wall.stiffness - wall.friction.rub()),
-                rub: R::of(wall.friction.rub()),
-                slides: wall.friction.slides().map_or(Vec3::zeros(), |(way, _)| way.map(R::of)),
-                given: given.map(R::of),
+                corners: stencil.corners,
+                weights: stencil.weights.map(R::of),
+                normal: stencil.normal.map(R::of),
+                along: R::of(hold.stiffness - rub),
+                rub: R::of(rub),
+                slides: hold.rub.way.map(R::of),
+                given: push.impulse(&velocity, dt).map(R::of),
             });
         }
         if !self.pushes.is_empty() {

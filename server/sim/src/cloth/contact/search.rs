@@ -1,7 +1,8 @@
 //! Looks for pairs of parts that could meet in a sub-step.
 
 use super::{
-    pair::{Activity, Pair, is_clear, is_near},
+    hold::Activity,
+    pair::{Pair, is_clear, is_near},
     room::make_room,
     ways::{Start, Ways},
 };
@@ -10,7 +11,7 @@ use crate::{
     interrupt::Interrupt,
     math::{Padded, Real},
     parallel::{Own, per_row_mut},
-    surface::{Candidate, PairKind, Tree, Unlisted, Wanted},
+    surface::{PairKind, Tree, Unlisted, Wanted},
 };
 
 /// Candidates that a thread looks at in one go.
@@ -72,16 +73,16 @@ impl Search {
         pairs: &mut Vec<Pair>,
         interrupt: &Interrupt,
     ) -> Result<(), Stopped> {
-        let known = |pair: &&Pair| pair.activity != Activity::Idle;
+        let known = |pair: &&Pair| pair.hold.activity != Activity::Idle;
         self.before.clear();
         make_room(&mut self.before, pairs.iter().filter(known).count(), usize::MAX);
         self.before.extend(pairs.iter().filter(known));
-        self.before.sort_unstable_by_key(|pair| pair.candidate);
+        self.before.sort_unstable_by_key(Pair::candidate);
         self.ways.follow(model, from, to);
         self.look(model, surface, regained, pairs, interrupt)?;
         for pair in pairs {
-            if let Ok(place) = self.before.binary_search_by_key(&pair.candidate, |pair| pair.candidate) {
-                pair.go_on(&self.before[place]);
+            if let Ok(place) = self.before.binary_search_by_key(&pair.candidate(), Pair::candidate) {
+                *pair = self.before[place];
             }
         }
         Ok(())
@@ -118,18 +119,18 @@ impl Search {
         }
 
         make_room(pairs, count, most);
-        pairs.resize(count, Pair::far(Candidate::default()));
-        tree.write(pairs, |pair, candidate| pair.candidate = candidate);
+        pairs.resize(count, Pair::default());
+        tree.write(pairs, Pair::take);
         Own::whole(count, GO).each(per_row_mut(pairs), |_, pairs| {
             if interrupt.is_requested() {
                 return;
             }
             for pair in pairs {
-                let (candidate, corners) = (pair.candidate, pair.candidate.corners);
+                let (candidate, corners) = (pair.candidate(), pair.stencil.corners);
                 let [at, expected] = ways.starts_and_expected(&corners);
                 let room = ways.room(candidate.kind(), &corners, &expected);
                 let Some(near) = Pair::near(surface, candidate, at, (room, regained)) else {
-                    pair.activity = Activity::Far;
+                    pair.hold.activity = Activity::Far;
                     continue;
                 };
                 *pair = near;
@@ -143,7 +144,7 @@ impl Search {
             pairs.clear();
             return Err(Unlisted::Interrupted.into());
         }
-        pairs.retain(|pair| pair.activity != Activity::Far);
+        pairs.retain(|pair| pair.hold.activity != Activity::Far);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! The air, frozen at a state: what its triangles add to each particle.
 
-use super::numbers::StepNumbers;
+use super::external::External;
 use crate::{
     cloth::{
         laws::third,
@@ -10,7 +10,7 @@ use crate::{
     parallel::{per_sixteen_mut, size},
 };
 
-impl<R: Real> StepNumbers<R> {
+impl<R: Real> External<R> {
     /// Freezes the air at positions (m) and velocities (m/s), of which neighbours have computed what own rows read.
     pub(crate) fn freeze_air(
         &mut self,
@@ -18,12 +18,12 @@ impl<R: Real> StepNumbers<R> {
         fields: [&[Padded<R>]; 2],
         scratches: &Scratches<R>,
     ) {
-        let Self { external, wind, air, .. } = self;
-        let (Some(triangles), Some(factors)) = (&model.triangles, *air) else { return };
-        size(&mut external.air, Sixteen::<R>::count_for(model.count));
+        let Self { wind, factors, air, .. } = self;
+        let (Some(triangles), Some(factors)) = (&model.triangles, *factors) else { return };
+        size(air, Sixteen::<R>::count_for(model.count));
         let wind = [wind.x, wind.y, wind.z];
         let scratch = || scratches.take();
-        let rows = per_sixteen_mut(&mut external.air);
+        let rows = per_sixteen_mut(air);
         model.share.own().each_with(scratch, rows, |scratch, block, rows| {
             let first = block * model.block_size;
             dispatch(Freeze { triangles, block, first, factors, wind, fields, rows, scratch });

@@ -12,8 +12,9 @@
 //! Each is an inequality of sums over particles i, which holds where it does for what acts at each:
 //! (n.(a - b))² <= 2 (n.a)² + 2 (n.b)² gives w² <= (2 lambda_max(K_i) + e_i) / m_i and
 //! c <= (2 lambda_max(C_i) + d_i + drag + 2 lambda_max(B_i)) / m_i. K_i and C_i are the sums of k (u uᵀ + g (I - u uᵀ)), g = max(0, 1 - l0/l), and of
-//! nu u uᵀ over its springs; e_i and d_i what elements add. The inverse of the longest step is the greatest over particles
-//! for one of the two regions, the lesser of both: a particle in one and another in the other prove nothing.
+//! nu u uᵀ over its springs; e_i and d_i what elements add: at rest, and with a membrane what the state adds to that. The
+//! inverse of the longest step is the greatest over particles for one of the two regions, the lesser of both: a particle in
+//! one and another in the other prove nothing.
 //!
 //! Explicit Euler gives z² - (2 - h c) z + 1 - h c + h² w² = 0: stable for h w² <= c and h c <= 2. Springs along
 //! themselves meet the first for h <= nu / k; across themselves, under tension, only the drag of the medium damps.
@@ -71,7 +72,8 @@ impl Region {
 pub(crate) struct Bounds<R: Real> {
     /// For each pattern of laws of the model's springs.
     pub(crate) springs: Vec<SpringBounds<R>>,
-    /// What elements add to stiffness (N/m) and damping (N s/m) of each particle; empty without elements.
+    /// What elements add to stiffness (N/m) and damping (N s/m) of each particle, at rest; empty without elements. What they
+    /// add beyond that is evaluated with the forces, where it changes with the state.
     shares: Vec<[f64; 2]>,
     /// Drag of the medium (N s/m).
     drag: f64,
@@ -105,12 +107,18 @@ impl Bound {
 }
 
 impl<R: Real> Bounds<R> {
+    /// Whether stiffness along what damps bounds nothing beside [`Self::own_rate`], for its own damping makes up for it: of
+    /// explicit Euler.
+    pub(super) fn is_damped(&self) -> bool {
+        self.own_rate.is_some()
+    }
+
     /// Takes over parameters.
     pub(crate) fn refresh(&mut self, model: &Model<R>, parameters: &Parameters, integrator: Integrator) {
         self.drag = parameters.drag;
         self.region = Region::of(integrator);
         self.own_rate = (integrator == Integrator::ExplicitEuler).then(|| own_rate(parameters)).flatten();
-        let is_damped = self.own_rate.is_some();
+        let is_damped = self.is_damped();
         let of_law = |law: u16| parameters.laws[law as usize].law;
         self.springs.clear();
         self.springs.extend(model.springs.patterns.iter().map(|laws| SpringBounds {

@@ -148,18 +148,11 @@ fn add_row<R: Real>(
     all.add(Vector::After, u * m);
     all.add(Vector::Base, base * m);
     all.add(Vector::Still, (base - still) * m);
-    let (drag, wind) = (numbers.drag.to_f64(), numbers.wind.map(R::to_f64));
-    let air = numbers.external.air_of(row).map(|air| air.map(R::to_f64));
-    let given = numbers.external.force_on(row).map_or(Vec3::zeros(), |force| force.map(R::to_f64));
-    let push = |velocity: Vec3<f64>| {
-        let off = wind - velocity;
-        given + off * drag + air.map_or(Vec3::zeros(), |air| air * off)
-    };
-    if drag != 0.0 || !numbers.external.is_empty() {
-        all.add(Vector::PushAtStill, push(still));
-        all.add(Vector::Push, push(u));
+    if !numbers.external.is_still() {
+        all.add(Vector::PushAtStill, numbers.external.force_on(row, still));
+        all.add(Vector::Push, numbers.external.force_on(row, u));
     }
-    if let Some(air) = air {
+    if let Some(air) = numbers.external.air_of(row).map(|air| air.map(R::to_f64)) {
         let entries = [air.m11, air.m22, air.m33, air.m12, air.m13, air.m23];
         entries.into_iter().enumerate().for_each(|(i, entry)| all.0[21 + i] += entry);
     }
@@ -181,7 +174,7 @@ impl Sums {
     /// M + h C (kg) of a part, C that of the medium: what its common motion has for a matrix.
     fn matrix<R: Real>(&self, part: &Part, numbers: &StepNumbers<R>) -> Mat3<f64> {
         let h = numbers.scheme.h;
-        let own = part.mass + h * numbers.drag.to_f64() * f64::from(part.count);
+        let own = part.mass + numbers.external.drag_of(f64::from(part.count), h);
         Mat3::from_diagonal_element(own) + self.air() * h
     }
 
@@ -213,7 +206,7 @@ impl Sums {
     pub(crate) fn shifted<R: Real>(&self, part: &Part, numbers: &StepNumbers<R>, by: Vec3<f64>) -> Self {
         let mut shifted = *self;
         shifted.add(Vector::After, by * part.mass);
-        let slowing = by * (numbers.drag.to_f64() * f64::from(part.count)) + self.air() * by;
+        let slowing = by * numbers.external.drag_of(f64::from(part.count), 1.0) + self.air() * by;
         shifted.add(Vector::Push, -slowing);
         shifted
     }

@@ -86,7 +86,7 @@ impl<R: Real> Evaluated<R> {
     pub(crate) fn freeze_air(&mut self, model: &Model<R>, state: &mut State<R>) {
         if model.triangles.is_some() {
             model.share.exchange([&mut state.x, &mut state.v]);
-            self.numbers.freeze_air(model, [&state.x, &state.v], &self.scratches);
+            self.numbers.external.freeze_air(model, [&state.x, &state.v], &self.scratches);
         }
     }
 }

@@ -16,8 +16,8 @@ use super::{
 use crate::{
     cloth::{
         laws::Stretch,
-        layout::{BlockOfRows, BlockScratch, Elements, Model, Scratches},
-        settings::{Aim, Bounded, Explicit, Implicit, Purpose, RightHandSide},
+        layout::{BlockOfRows, BlockScratch, ElementFigures, Elements, Model, Scratches},
+        settings::{Aim, Bounded, Explicit, Implicit, Purpose, Resultant, RightHandSide},
     },
     linalg::{Inverse3, PreconditionerKind, lane_sums, lanes_at, load_six, packs_at, widen_six},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
@@ -29,6 +29,7 @@ use crate::{
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Evaluation<R: Real> {
     /// Explicit: accelerations (m/s²). Implicit: h (f + m g + h df/dx v) (N s). Iterate: h (f + m g) (N s). 0 for pins.
+    /// Resultant: f + m g (N), for pins too.
     pub(crate) rows: Vec<Sixteen<R>>,
     /// With a matrix: inverses of its diagonal blocks (1/kg).
     pub(crate) inverse: Vec<Inverse3>,
@@ -38,7 +39,7 @@ pub(crate) struct Evaluation<R: Real> {
     pub(crate) frozen: Vec<[R; LANES]>,
     /// Sums over all particles; the kinetic energy is not a number where anything is not.
     pub(crate) total: Total,
-    /// The largest length over rest length.
+    /// The largest length over rest length, of springs and of elements that resist stretching.
     pub(crate) max_stretch: f64,
     /// The largest component of any position (m), without its sign.
     pub(crate) largest_coordinate: f64,
@@ -75,7 +76,7 @@ impl<R: Real> Evaluation<R> {
         scratches: &Scratches<R>,
     ) {
         model.share.exchange([&mut *x, &mut *v]);
-        numbers.freeze_air(model, [x, v], scratches);
+        numbers.external.freeze_air(model, [x, v], scratches);
         self.look(model, numbers, purpose, [x, v], scratches);
     }
 
@@ -116,12 +117,15 @@ impl<R: Real> Evaluation<R> {
             let side = match purpose {
                 Purpose::Implicit(_) if numbers.scheme.beyond > 1.0 => RightHandSide::ExactStep,
                 Purpose::Implicit(_) => RightHandSide::Step,
-                Purpose::Explicit | Purpose::Bounded(_) | Purpose::Iterate(_) => RightHandSide::Forces,
+                Purpose::Explicit | Purpose::Resultant | Purpose::Bounded(_) | Purpose::Iterate(_) => {
+                    RightHandSide::Forces
+                }
             };
             let work = Block { model, numbers, side, number, x, v, rows, inverse, tangent, frozen, scratch };
             let (none, identity) = (BoundKind::Frame, PreconditionerKind::Identity);
             *partial = match purpose {
                 Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),
+                Purpose::Resultant => dispatch(Sweep::new(work, Resultant, identity, none)),
                 Purpose::Bounded(kind) => dispatch(Sweep::new(work, Bounded, identity, kind)),
                 Purpose::Implicit(kind) | Purpose::Iterate(kind) => {
                     dispatch(Sweep::new(work, Implicit, kind, none))
@@ -251,15 +255,16 @@ impl<R: Real> Block<'_, R> {
             aim: PhantomData,
         };
         springs.fold_block::<P>(self.number, [self.x, self.v], &mut self.scratch.records, &mut fold);
-        let (energy, power, stretch) = (fold.energy, fold.power, fold.stretch);
+        let (energy, power, mut stretch) = (fold.energy, fold.power, fold.stretch.greatest());
         // Both ends count a spring.
         let mut elastic = lane_sums([energy, power]).map(|sum| 0.5 * sum);
         if !self.model.elements.is_empty() {
-            let [energy, power] = self.add_elements::<P, A>();
-            elastic = [elastic[0] + energy, elastic[1] + power];
+            let figures = self.add_elements::<P, A>();
+            elastic = [elastic[0] + figures.energy, elastic[1] + figures.power];
+            stretch = stretch.max(figures.stretch);
         }
 
-        let mut figures = Figures::<P::Wide>::new::<R, A>(self.numbers);
+        let mut figures = Figures::<P::Wide>::new(self.numbers);
         let [mut line, mut corner, mut fastest] = [Fastest::none(); 3];
         for group in 0..self.rows.len() {
             if A::IS_BOUNDED {
@@ -271,10 +276,9 @@ impl<R: Real> Block<'_, R> {
                 let entries = [widen_six::<P>(&sums[0]), widen_six::<P>(&sums[1])];
                 let bounds = &self.numbers.bounds;
                 let in_vacuum = bounds.rates(place, entries, masses, bound, None);
-                let acting = self.numbers.external.at::<P>(place / LANES);
                 // No closure: it would not be compiled for the instructions of the kernel.
-                let rates = match acting {
-                    Some(acting) => bounds.rates(place, entries, masses, bound, Some(acting.widen().air)),
+                let rates = match self.numbers.external.at::<P>(place / LANES).widen().air {
+                    Some(air) => bounds.rates(place, entries, masses, bound, Some(air)),
                     None => in_vacuum,
                 };
                 line.look(group, rates[0], in_vacuum[0]);
@@ -287,14 +291,15 @@ impl<R: Real> Block<'_, R> {
         }
         let first = self.number * self.model.block_size;
         let bounds = [line.bound(first), corner.bound(first), fastest.bound(first)];
-        (figures.partial(elastic, stretch.greatest()), bounds)
+        (figures.partial(elastic, stretch), bounds)
     }
 
-    /// Adds the elements to the sums of the rows; returns their energy (J), and what they say beside it.
+    /// Adds the elements to the sums of the rows; returns their energy, and what they say beside it.
     #[inline(always)]
-    fn add_elements<P: Pack<Number = R>, A: Aim>(&mut self) -> [f64; 2] {
+    fn add_elements<P: Pack<Number = R>, A: Aim>(&mut self) -> ElementFigures {
         let rows = self.rows.len() * LANES;
-        let (mut sums, mut first) = ([0.0; 2], 0);
+        let (mut sums, mut first) = (ElementFigures::default(), 0);
+        let side = (self.side, self.numbers.mirror);
         self.scratch.corners.clear(rows);
         for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
             let range = elements.frozen(self.number);
@@ -305,8 +310,7 @@ impl<R: Real> Block<'_, R> {
                 &mut []
             };
             let at = BlockOfRows { block: self.number, rows, group: None, fields: [self.x, self.v] };
-            let [energy, power] = elements.evaluate::<P, A>(at, numbers, self.side, frozen, self.scratch);
-            sums = [sums[0] + energy, sums[1] + power];
+            sums = sums.and(elements.evaluate::<P, A>(at, numbers, side, frozen, self.scratch));
             first += elements.frozen_count();
         }
 
@@ -329,40 +333,31 @@ impl<R: Real> Block<'_, R> {
         kind: PreconditionerKind,
         figures: &mut Figures<P::Wide>,
     ) {
-        let StepNumbers { scheme, drag, wind, gravity, .. } = *self.numbers;
+        let StepNumbers { scheme, gravity, .. } = *self.numbers;
         let place = self.number * (self.model.block_size / LANES) + group;
         let [x, v] = [packs_at::<P>(self.x, place), packs_at::<P>(self.v, place)];
         let [m, inv_m] = [lanes_at::<P>(&self.model.m, place), lanes_at::<P>(&self.model.inv_m, place)];
         figures.add([P::widen3(x), P::widen3(v)], m.where_positive(inv_m).widen());
 
         let springs = self.rows[group].load::<P>();
-        let mut force = three!(|c| (v[c] - P::splat(wind[c])) * drag);
-        let acting = self.numbers.external.at::<P>(place);
-        if let Some(acting) = &acting {
-            let given = acting.force(v, three!(|c| P::splat(wind[c])));
-            force = three!(|c| force[c] - given[c]);
+        let medium = self.numbers.external.at::<P>(place);
+        let force = medium.force(v);
+        if A::KEEPS_FORCES {
+            self.rows[group].store(three!(|c| m * gravity[c] + springs[c] + force[c]));
+            return;
         }
         if A::HAS_MATRIX {
-            let h = R::of(scheme.h);
+            let (h, medium) = (R::of(scheme.h), medium.widen());
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
-            #[allow(clippy::manual_map, reason = "a closure is not compiled for the kernel's instructions")]
-            let acting = match acting {
-                Some(acting) => Some(acting.widen()),
-                None => None,
-            };
-            figures.predict(self.side, P::widen3(v), P::widen3(springs), masses, acting);
+            figures.predict(self.side, P::widen3(v), P::widen3(springs), masses, &medium);
             self.rows[group]
-                .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));
-            let sums = load_six::<P::Wide>(&self.scratch.diagonal[group]);
-            let own = m.widen() + P::Wide::of(scheme.h * drag.to_f64());
-            let mut block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
-            if let Some(acting) = &acting {
-                acting.add_to(&mut block, P::Wide::of(scheme.h));
-            }
+                .store(three!(|c| ((m * gravity[c] + force[c]) * h + springs[c]).where_positive(inv_m)));
+            let mut block = load_six::<P::Wide>(&self.scratch.diagonal[group]);
+            medium.add_to(&mut block, m.widen(), P::Wide::of(scheme.h));
             self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
         } else {
             let accelerations =
-                three!(|c| ((springs[c] - force[c]) * inv_m + P::splat(gravity[c])).where_positive(inv_m));
+                three!(|c| ((springs[c] + force[c]) * inv_m + P::splat(gravity[c])).where_positive(inv_m));
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
             if A::IS_BOUNDED {
                 figures.work(P::widen3(v), P::widen3(springs), P::widen3(accelerations), masses);

@@ -1,8 +1,8 @@
 //! What an evaluation adds up over particles: energies, momentum, and what judges the step that comes next.
 
-use super::{external::Acting, numbers::StepNumbers};
+use super::{external::Medium, numbers::StepNumbers};
 use crate::{
-    cloth::settings::{Aim, RightHandSide},
+    cloth::settings::RightHandSide,
     linalg::lane_sums,
     math::{LANES, Pack, Real, Vec3, array::dot, array3, three},
 };
@@ -109,10 +109,7 @@ impl Total {
 /// Sums over the particles of a block, in lanes.
 pub(crate) struct Figures<W> {
     gravity: [W; 3],
-    wind: [W; 3],
-    /// h, and the drag, times h but for an explicit step.
     h: W,
-    drag: W,
     kinetic: W,
     gravitational: W,
     momentum: [W; 3],
@@ -131,14 +128,12 @@ pub(crate) struct Figures<W> {
 
 impl<W: Pack<Number = f64>> Figures<W> {
     #[inline(always)]
-    pub(crate) fn new<R: Real, A: Aim>(numbers: &StepNumbers<R>) -> Self {
+    pub(crate) fn new<R: Real>(numbers: &StepNumbers<R>) -> Self {
         let zero = W::zero();
-        let (gravity, wind) = (array3(&numbers.gravity), array3(&numbers.wind));
+        let gravity = array3(&numbers.gravity);
         Self {
             gravity: three!(|c| W::splat(gravity[c])),
-            wind: three!(|c| W::splat(wind[c])),
             h: W::of(numbers.scheme.h),
-            drag: W::of(if A::HAS_MATRIX { numbers.scheme.h } else { 1.0 } * numbers.drag.to_f64()),
             kinetic: zero,
             gravitational: zero,
             momentum: [zero; 3],
@@ -173,14 +168,9 @@ impl<W: Pack<Number = f64>> Figures<W> {
         v: [W; 3],
         springs: [W; 3],
         [m, inv_m]: [W; 2],
-        acting: Option<Acting<W>>,
+        medium: &Medium<W>,
     ) {
-        let [push, square] = [dot(springs, v), dot(v, v)];
-        let (mut taken, mut given) = (self.drag * square, self.drag * dot(self.wind, v));
-        if let Some(acting) = acting {
-            let [of_air, of_all] = acting.powers(v, self.wind);
-            (taken, given) = (taken + self.h * of_air, given + self.h * of_all);
-        }
+        let (push, [taken, given]) = (dot(springs, v), medium.powers(v, self.h));
         self.push_pins(springs, inv_m);
         if side == RightHandSide::Forces {
             self.all += (W::of(0.5) * taken - given).where_positive(inv_m);

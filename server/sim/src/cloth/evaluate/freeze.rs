@@ -1,7 +1,7 @@
-//! The tangent of springs frozen anew where it was evaluated, with compressed ones treated otherwise.
+//! The tangent of springs and elements frozen anew where it was evaluated, compressed ones otherwise.
 //!
-//! Reads positions (m) and the numbers of a step; writes b (kg/m²) of the block a I + b d dᵀ of each spring. The inverse
-//! diagonal blocks stay those of the evaluation, and so does all else.
+//! Reads positions (m) and the numbers of a step; writes b (kg/m²) of the block a I + b d dᵀ of each spring, and what elements
+//! freeze whose tangents change. The inverse diagonal blocks stay those of the evaluation, and so does all else.
 #![allow(unsafe_code, reason = "blocks write slots that no other block has")]
 
 use super::{
@@ -11,16 +11,16 @@ use super::{
 use crate::{
     cloth::{
         laws::Spring,
-        layout::{Fold, Model, Scratches, Springs},
+        layout::{BlockOfRows, BlockScratch, Fold, Model, Scratches, Springs},
     },
-    math::{LANES, Pack, Padded, Real, Record, WithSimd, dispatch},
+    math::{LANES, Pack, Padded, Real, WithSimd, dispatch},
     parallel::{Disjoint, per_sixteen},
 };
 
 impl<R: Real> Evaluation<R> {
-    /// Freezes springs at the positions that were evaluated: `mirror` is what a negative transverse ratio is multiplied by,
-    /// 1 to leave it, -1 for its absolute value.
-    pub(crate) fn freeze_springs(
+    /// Freezes springs and elements at the positions that were evaluated: `mirror` is what a negative transverse ratio is
+    /// multiplied by, 1 to leave it, -1 for its absolute value.
+    pub(crate) fn freeze_again(
         &mut self,
         model: &Model<R>,
         numbers: &StepNumbers<R>,
@@ -28,27 +28,29 @@ impl<R: Real> Evaluation<R> {
         mirror: f64,
         scratches: &Scratches<R>,
     ) {
-        let Self { tangent, rows, .. } = self;
-        let tangent = Disjoint::new(tangent);
+        let Self { tangent, frozen, rows, .. } = self;
+        let (tangent, frozen, mirror) = (Disjoint::new(tangent), &Disjoint::new(frozen), R::of(mirror));
         let scratch = || scratches.take();
-        model.share.own().each_with(scratch, per_sixteen(rows), |scratch, number, _| {
+        model.share.own().each_with(scratch, per_sixteen(rows), |scratch, number, rows| {
             // SAFETY: a block has slots of its own.
             let tangent = unsafe { tangent.range(model.springs.slots(number)) };
-            let records = &mut scratch.records;
-            dispatch(FreezeBlock { model, numbers, number, x, mirror: R::of(mirror), tangent, records });
+            let rows = rows.len() * LANES;
+            dispatch(FreezeBlock { model, numbers, number, rows, x, mirror, tangent, frozen, scratch });
         });
     }
 }
 
-/// A block whose springs are to be frozen.
+/// A block whose springs and elements are to be frozen.
 struct FreezeBlock<'a, R: Real> {
     model: &'a Model<R>,
     numbers: &'a StepNumbers<R>,
     number: usize,
+    rows: usize,
     x: &'a [Padded<R>],
     mirror: R,
     tangent: &'a mut [[R; LANES]],
-    records: &'a mut [Record<R>],
+    frozen: &'a Disjoint<'a, [R; LANES]>,
+    scratch: &'a mut BlockScratch<R>,
 }
 
 impl<R: Real> WithSimd<R> for FreezeBlock<'_, R> {
@@ -64,7 +66,19 @@ impl<R: Real> WithSimd<R> for FreezeBlock<'_, R> {
             first_slot: springs.slots(self.number).start,
             tangent: self.tangent,
         };
-        springs.fold_block::<P>(self.number, [self.x, self.x], self.records, &mut fold);
+        let fields = [self.x, self.x];
+        springs.fold_block::<P>(self.number, fields, &mut self.scratch.records, &mut fold);
+
+        let (at, mut first) = (BlockOfRows { block: self.number, rows: self.rows, group: None, fields }, 0);
+        for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
+            let (range, count) = (elements.frozen(self.number), elements.frozen_count());
+            if count > 0 {
+                // SAFETY: lists and blocks have ranges of their own.
+                let frozen = unsafe { self.frozen.range(first + range.start..first + range.end) };
+                elements.freeze::<P>(at, numbers, self.mirror, frozen, self.scratch);
+            }
+            first += count;
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::numbers::StepNumbers;
 use crate::{
     linalg::{lane_sums, lanes_at},
-    math::{LANES, Pack, Real, array::dot, array3, three},
+    math::{LANES, Pack, Real, array::dot, three},
     parallel::Share,
     report::ErrorEstimate,
 };
@@ -129,22 +129,16 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         [before, after, accounted]: [[P; 3]; 3],
         (inv_m, share): (P, f64),
     ) {
-        let drag = numbers.drag.to_f64();
-        let wind = array3(&numbers.wind);
-        let wind = three!(|c| W::splat(wind[c]));
+        if numbers.external.is_still() {
+            return;
+        }
+        let medium = numbers.external.at::<P>(place).widen();
         let (at, before, after) = (P::widen3(at), P::widen3(before), P::widen3(after));
         let (accounted, inv_m) = (P::widen3(accounted), inv_m.widen());
         let (kick, half) = (three!(|c| before[c] + after[c]), W::of(0.5 * share));
         let both = three!(|c| before[c] + accounted[c]);
-        if drag != 0.0 {
-            let slowing = three!(|c| (wind[c] - at[c]) * W::of(drag));
-            self.medium += (dot(slowing, both) * half).where_positive(inv_m);
-        }
-        if let Some(acting) = numbers.external.at::<P>(place) {
-            let force = acting.widen().force(at, wind);
-            self.external += (dot(force, kick) * half).where_positive(inv_m);
-            self.medium += (dot(force, both) * half).where_positive(inv_m);
-        }
+        self.external += (dot(medium.without_drag().force(at), kick) * half).where_positive(inv_m);
+        self.medium += (dot(medium.force(at), both) * half).where_positive(inv_m);
     }
 
     /// Adds the change of sixteen velocities of these masses.
@@ -163,16 +157,11 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
     ) {
         let (m, inv_m) =
             (lanes_at::<P>(weights.m, group).widen(), lanes_at::<P>(weights.inv_m, group).widen());
-        let wind = array3(&weights.numbers.wind);
-        let wind = three!(|c| W::splat(wind[c]));
-        let drag = W::of(weights.numbers.drag.to_f64());
         self.add_change(m, change);
-        let (mut own, mut along) = (drag * dot(new, new), drag * dot(new, wind));
-        if let Some(acting) = weights.numbers.external.at::<P>(weights.first + group) {
-            let [taken, given] = acting.widen().powers(new, wind);
-            (own, along) = (own + taken, along + given);
-            self.external += (given - taken).where_positive(inv_m);
-        }
+        let medium = weights.numbers.external.at::<P>(weights.first + group).widen();
+        let [own, along] = medium.powers(new, W::one());
+        let [taken, given] = medium.without_drag().powers(new, W::one());
+        self.external += (given - taken).where_positive(inv_m);
         self.own += own.where_positive(inv_m);
         self.along += along.where_positive(inv_m);
     }

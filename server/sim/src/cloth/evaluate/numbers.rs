@@ -4,7 +4,7 @@ use super::{bound::Bounds, external::External};
 use crate::{
     cloth::{
         layout::{ElementNumbers, Model, Parameters},
-        settings::{ClothSettings, Scheme},
+        settings::{ClothSettings, Integrator, Scheme},
     },
     math::{LANES, Real, Vec3, vec3},
     sub_step::SubStep,
@@ -41,12 +41,6 @@ pub(crate) struct StepNumbers<R: Real> {
     pub(crate) along: Vec<[R; LANES]>,
     /// What the transverse ratio of a compressed spring is multiplied by, if that makes it greater: 1, 0 or -1.
     pub(crate) mirror: R,
-    /// Linear drag of the medium (N s/m).
-    pub(crate) drag: R,
-    /// Factors of the air, where it acts on triangles (kg/m³).
-    pub(super) air: Option<[R; 3]>,
-    /// Velocity of the medium (m/s).
-    pub(crate) wind: Vec3<R>,
     /// Gravity (m/s²).
     pub(crate) gravity: Vec3<R>,
     /// What acts on each particle by itself.
@@ -75,7 +69,7 @@ impl<R: Real> StepNumbers<R> {
         let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
         let mirror = R::of(settings.hessian.mirror());
         let is_same = self.parameters.as_ref() == Some(parameters)
-            && (self.gravity, self.wind, self.mirror) == (gravity, wind, mirror);
+            && (self.gravity, self.external.wind, self.mirror) == (gravity, wind, mirror);
         let is_timeless = !settings.integrator.is_implicit();
         let is_as_long = self.scheme.h.to_bits() == h.to_bits();
         (self.sub_step, self.scheme) = (sub_step, scheme);
@@ -83,9 +77,8 @@ impl<R: Real> StepNumbers<R> {
             return false;
         }
 
-        (self.gravity, self.wind, self.drag) = (gravity, wind, R::of(parameters.drag));
-        self.air = parameters.air.map(|air| air.factors());
-        self.mirror = mirror;
+        (self.gravity, self.mirror) = (gravity, mirror);
+        self.external.refresh(parameters, wind);
         if !is_same {
             self.weigh(model, parameters, settings);
         }
@@ -111,17 +104,7 @@ impl<R: Real> StepNumbers<R> {
                 .iter()
                 .map(|numbers| std::array::from_fn(|lane| numbers.elastic[lane] + numbers.viscous[lane])),
         );
-        self.elements.clear();
-        self.elements.extend(parameters.elements.iter().map(|law| {
-            let matrix = h * h * law.stiffness + h * law.damping;
-            let [gradient, velocity] = if settings.integrator.is_implicit() {
-                [h * law.stiffness, h * law.damping]
-            } else {
-                [law.stiffness, law.damping]
-            };
-            let [gradient, velocity, matrix] = [gradient, velocity, matrix].map(R::of);
-            ElementNumbers { energy: law.stiffness, gradient, velocity, matrix }
-        }));
+        self.take_elements(model, parameters, settings.integrator);
         match &mut self.parameters {
             Some(Parameters { laws, elements, drag, air }) => {
                 laws.clone_from(&parameters.laws);
@@ -133,9 +116,31 @@ impl<R: Real> StepNumbers<R> {
         true
     }
 
-    /// Whether any spring is damped.
-    pub(crate) fn has_damped_springs(&self) -> bool {
-        self.springs.iter().flat_map(|laws| laws.damping).any(|damping| damping > R::zero())
+    /// Takes over the laws of elements, for a step of the length that was taken over.
+    fn take_elements(&mut self, model: &Model<R>, parameters: &Parameters, integrator: Integrator) {
+        let (h, is_damped) = (self.scheme.h, self.bounds.is_damped());
+        self.elements.clear();
+        self.elements.extend(model.elements.iter().zip(&parameters.elements).map(|(elements, law)| {
+            let matrix = h * h * law.stiffness + h * law.damping;
+            let [gradient, velocity, elastic] = if integrator.is_implicit() {
+                let elastic = if matrix > 0.0 { h * h * law.stiffness / matrix } else { 0.0 };
+                [h * law.stiffness, h * law.damping, elastic]
+            } else {
+                [law.stiffness, law.damping, 0.0]
+            };
+            let [all, loads] = if is_damped { [0.0, law.stiffness] } else { [law.stiffness, 0.0] };
+            let bounded = [all, loads].map(R::of);
+            let [gradient, velocity, matrix, elastic] = [gradient, velocity, matrix, elastic].map(R::of);
+            let is_turning = elements.frozen_count() > 0;
+            ElementNumbers { energy: law.stiffness, gradient, velocity, matrix, elastic, bounded, is_turning }
+        }));
+    }
+
+    /// Whether anything is damped along directions that change with the state: springs, and elements but for those that bend.
+    pub(crate) fn has_turning_damping(&self) -> bool {
+        let springs = self.springs.iter().flat_map(|laws| laws.damping);
+        let elements = self.elements.iter().filter(|numbers| numbers.is_turning);
+        springs.chain(elements.map(|numbers| numbers.velocity)).any(|damping| damping > R::zero())
     }
 
     /// Takes over what does not depend on the length of the step.

@@ -32,7 +32,7 @@ impl<R: Real> StepMatrix<'_, R> {
     /// Mass, drag and air of a row.
     fn alone(&self, row: usize) -> Symmetric3 {
         let h = R::of(self.numbers.scheme.h);
-        let mass = (self.model.m[row] + h * self.numbers.drag).to_f64();
+        let mass = self.numbers.external.mass(self.model.m[row], h).to_f64();
         let own = Symmetric3 { xx: mass, yy: mass, zz: mass, ..Symmetric3::default() };
         let Some(air) = self.numbers.external.air_of(row) else { return own };
         let air: Mat3<f64> = air.map(|entry| (entry * h).to_f64());

@@ -66,7 +66,7 @@ impl<'a, R: Real> StepMatrix<'a, R> {
 
             let place = |j: u32| columns.binary_search(&j).expect("the pattern holds every spring");
             let diagonal = place(i as u32);
-            blocks[diagonal] += Mat3::identity() * (model.m[i] + h * numbers.drag);
+            blocks[diagonal] += Mat3::identity() * numbers.external.mass(model.m[i], h);
             if let Some(air) = numbers.external.air_of(i) {
                 blocks[diagonal] += air * h;
             }
@@ -168,19 +168,13 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
             pairs.multiply(block, self.first_row, self.p, self.q);
         }
 
-        let drag = R::of(numbers.scheme.h) * numbers.drag;
-        let (h, has_air) = (R::of(numbers.scheme.h), !numbers.external.air.is_empty());
+        let h = R::of(numbers.scheme.h);
         let mut sums = Sums::<P::Wide>::zero();
         let first = self.first_row / LANES;
         for (place, q) in (first..).zip(self.q) {
             let inv_m = lanes_at::<P>(&model.inv_m, place);
-            let m = lanes_at::<P>(&model.m, place) + P::splat(drag);
-            let (springs, p) = (q.load::<P>(), packs_at::<P>(self.p, place));
-            let mut row = three!(|c| springs[c] + p[c] * m);
-            if let Some(acting) = numbers.external.at::<P>(place).filter(|_| has_air) {
-                let slowing = acting.slowing(p);
-                row = three!(|c| row[c] + slowing[c] * h);
-            }
+            let (m, p) = (lanes_at::<P>(&model.m, place), packs_at::<P>(self.p, place));
+            let row = numbers.external.at::<P>(place).add_product(q.load::<P>(), p, m, h);
             let row = three!(|c| row[c].where_positive(inv_m));
             sums.add(p, row);
             q.store(row);

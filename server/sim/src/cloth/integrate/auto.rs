@@ -51,7 +51,7 @@ impl<R: Real> Step<'_, R> {
         let Evaluated { numbers, scratches, .. } = &mut *self.evaluated;
         let Vectors { trial: [x, v], inertias, .. } = &mut *self.vectors;
         let next = &mut *self.next;
-        numbers.freeze_air(self.model, [&self.state.x, &self.state.v], scratches);
+        numbers.external.freeze_air(self.model, [&self.state.x, &self.state.v], scratches);
         if found != Found::End {
             std::mem::swap(&mut next.x, x);
             std::mem::swap(&mut next.v, v);

@@ -169,9 +169,9 @@ impl<R: Real> Step<'_, R> {
                 return Vec3::zeros();
             }
             let Sums { rest, mass, air, .. } = self.momenta().sums(rows);
-            let StepNumbers { scheme, drag, external, .. } = &self.evaluated.numbers;
-            let mass = mass + scheme.h * drag.to_f64() * rows.len() as f64;
-            if external.air.is_empty() {
+            let StepNumbers { scheme, external, .. } = &self.evaluated.numbers;
+            let mass = mass + external.drag_of(rows.len() as f64, scheme.h);
+            if !external.has_air() {
                 return (rest / mass).map(R::of);
             }
             let matrix = Mat3::from_diagonal_element(mass) + air * scheme.h;

@@ -31,8 +31,7 @@ impl<R: Real> Step<'_, R> {
         let loose = model.loose.as_ref()?;
         let Evaluated { evaluation, numbers, .. } = &mut *self.evaluated;
         let momenta = &mut self.vectors.momenta;
-        let is_still = numbers.gravity.iter().all(|c| *c == R::zero()) && numbers.drag == R::zero();
-        if is_still && numbers.external.is_empty() {
+        if numbers.gravity.iter().all(|c| *c == R::zero()) && numbers.external.is_still() {
             return None;
         }
         let (own, size) = (model.share.own(), model.block_size / LANES);
@@ -42,18 +41,17 @@ impl<R: Real> Step<'_, R> {
         });
         // As the matrix has it, whose product with what all rows share is this alone.
         let h = R::of(numbers.scheme.h);
-        let drag = h * numbers.drag;
-        let mass = loose.mass + drag.to_f64() * loose.count as f64;
+        let mass = loose.mass + numbers.external.mass(R::zero(), h).to_f64() * loose.count as f64;
         let (sum, matrix, change);
-        if numbers.external.air.is_empty() {
-            sum = Vec3::from(model.share.sum(momenta, &|[x, y, z, ..]| [*x, *y, *z]));
-            matrix = Mat3::from_diagonal_element(mass);
-            change = sum.map(|c| c / mass);
-        } else {
+        if numbers.external.has_air() {
             let [x, y, z, air @ ..] = model.share.sum(momenta, &|momentum| *momentum);
             sum = Vec3::new(x, y, z);
             matrix = Mat3::from_diagonal_element(mass) + symmetric(air) * h.to_f64();
             change = matrix.cholesky()?.solve(&sum);
+        } else {
+            sum = Vec3::from(model.share.sum(momenta, &|[x, y, z, ..]| [*x, *y, *z]));
+            matrix = Mat3::from_diagonal_element(mass);
+            change = sum.map(|c| c / mass);
         }
         let change = change.map(R::of);
         if !change.iter().all(|c| c.to_f64().is_finite()) {
@@ -61,7 +59,7 @@ impl<R: Real> Step<'_, R> {
         }
         own.each((per_row(&loose.m), per_sixteen_mut(&mut evaluation.rows)), |block, (m, rows)| {
             let (first, change) = (block * size, [change.x, change.y, change.z]);
-            dispatch(Take { m, rows, numbers, first, change, drag });
+            dispatch(Take { m, rows, numbers, first, change });
         });
         let wide = change.map(R::to_f64);
         let descent = wide.dot(&sum) - 0.5 * wide.dot(&(matrix * wide));
@@ -112,9 +110,9 @@ impl<R: Real> WithSimd<R> for Momentum<'_, R> {
             for c in 0..3 {
                 sums[c] += row[c].where_positive(m).widen();
             }
-            if let Some(acting) = self.numbers.external.at::<P>(self.first + group) {
+            if let Some(air) = self.numbers.external.at::<P>(self.first + group).air {
                 for c in 0..6 {
-                    sums[3 + c] += acting.air[c].where_positive(m).widen();
+                    sums[3 + c] += air[c].where_positive(m).widen();
                 }
             }
         }
@@ -128,7 +126,6 @@ struct Take<'a, R: Real> {
     numbers: &'a StepNumbers<R>,
     first: usize,
     change: [R; 3],
-    drag: R,
 }
 
 impl<R: Real> WithSimd<R> for Take<'_, R> {
@@ -136,16 +133,12 @@ impl<R: Real> WithSimd<R> for Take<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
+        let (change, h) = (three!(|c| P::splat(self.change[c])), R::of(self.numbers.scheme.h));
         for (group, row) in self.rows.iter_mut().enumerate() {
-            let m = lanes_at::<P>(self.m, group);
-            let (mass, old) = ((m + P::splat(self.drag)).where_positive(m), row.load::<P>());
-            let mut share = three!(|c| mass * self.change[c]);
-            if let Some(acting) = self.numbers.external.at::<P>(self.first + group) {
-                let slowing = acting.slowing(three!(|c| P::splat(self.change[c])));
-                let h = R::of(self.numbers.scheme.h);
-                share = three!(|c| share[c] + (slowing[c] * h).where_positive(m));
-            }
-            row.store(three!(|c| old[c] - share[c]));
+            let (m, old) = (lanes_at::<P>(self.m, group), row.load::<P>());
+            let medium = self.numbers.external.at::<P>(self.first + group);
+            let share = medium.add_product([P::zero(); 3], change, m, h);
+            row.store(three!(|c| old[c] - share[c].where_positive(m)));
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::{
         state::State,
     },
     linalg::{add_lanes, lane_sums, lanes_at, packs, packs_at, store_padded},
-    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
+    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, dispatch, three},
     parallel::{Parts, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut},
 };
 
@@ -169,7 +169,6 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
         let Start { scheme, numbers, .. } = block.start;
         let wide = P::Wide::of;
         let of_pins = P::of(numbers.sub_step.dt / scheme.beyond);
-        let (drag, wind) = (wide(scheme.h * numbers.drag.to_f64()), array3(&numbers.wind).map(wide));
         let (h, inverse) = (P::of(scheme.h), wide(-1.0 / scheme.h));
         let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
         let mut inertia = P::Wide::zero();
@@ -188,11 +187,8 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
             let base = P::widen3(base);
             let change = three!(|c| still[c] - base[c]);
             let half = wide(0.5);
-            let mut medium = drag * (half * dot(still, still) - dot(still, wind));
-            if let Some(acting) = numbers.external.at::<P>(block.first + group) {
-                let [taken, given] = acting.widen().powers(still, wind);
-                medium += wide(scheme.h) * (half * taken - given);
-            }
+            let medium = numbers.external.at::<P>(block.first + group).widen();
+            let medium = medium.potential(still, wide(scheme.h));
             inertia += half * m.widen() * dot(change, change) + medium.where_positive(inv_m.widen());
         }
         add_lanes(inertia.store())

@@ -152,7 +152,7 @@ impl<R: Real> Search<'_, '_, R> {
         let Evaluated { evaluation, numbers, scratches, .. } = &mut **evaluated;
         let State { x: next_x, v: next_v, dv, .. } = &mut **next;
         let Vectors { trial: [trial_x, trial_v], leftovers, .. } = &mut **vectors;
-        let is_lagged = tried == Tried::Trial && numbers.has_damped_springs();
+        let is_lagged = tried == Tried::Trial && numbers.has_turning_damping();
         let lagged = is_lagged.then(|| {
             evaluation.run(model, numbers, kind, [&mut *next_x, &mut *trial_v], scratches);
             evaluation.total.dissipation()
@@ -230,7 +230,7 @@ impl<R: Real> Search<'_, '_, R> {
             let is_lower = new.value_on_the_way() <= now.value() - 2.0 * SHARE * share * predicted;
             // Directions at the end may differ: the residual there may not point back by much. r.du is twice what the
             // solve predicts.
-            let is_damped = self.step.evaluated.numbers.has_damped_springs();
+            let is_damped = self.step.evaluated.numbers.has_turning_damping();
             let is_short = !is_damped || new.leftover.along >= -BACK * 2.0 * predicted;
             let is_hidden = predicted <= slack && new.leftover.square <= HIDDEN * now.leftover.square;
             if is_lower && is_short || is_hidden {

@@ -10,7 +10,10 @@ use super::{
     update::Step,
 };
 use crate::{
-    cloth::settings::ClothSettings,
+    cloth::{
+        layout::{Elements, Model},
+        settings::ClothSettings,
+    },
     linalg::{Outcome, SolveReport, SolverSettings, Stop, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
     parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut},
@@ -110,13 +113,19 @@ impl<R: Real> Search<'_, '_, R> {
         evaluated.numbers.scheme.h * greatest.sqrt()
     }
 
-    /// The mean rest length of the springs (m).
+    /// The mean rest length of the springs (m); without any about that of the sides of elements.
     fn rest_length(&self) -> f64 {
-        let springs = &self.step.model.springs;
+        let Model { springs, elements, .. } = self.step.model;
         let lengths = springs.rest_lengths.as_flattened().iter().map(|length| length.to_f64());
         let [sum, count] = lengths
             .filter(|length| *length > 0.0)
             .fold([0.0, 0.0], |[sum, count], length| [sum + length, count + 1.0]);
+        if count > 0.0 {
+            return sum / count;
+        }
+        let sizes = elements.iter().map(Elements::sizes);
+        let [sum, count] =
+            sizes.fold([0.0, 0.0], |[sum, count], [size, number]| [sum + size, count + number]);
         sum / f64::max(count, 1.0)
     }
 }

@@ -73,17 +73,17 @@ impl<R: Real> Step<'_, R> {
         matches!(at, At::Round(round) if round > 0 || !self.contact.rows.is_empty())
     }
 
-    /// Freezes springs with a mix of tangents, at the iterate in `next`.
+    /// Freezes springs and elements with a mix of tangents, at the iterate in `next`.
     fn freeze(&mut self, mix: Mix) {
         let Evaluated { evaluation, numbers, scratches, .. } = &mut *self.evaluated;
-        evaluation.freeze_springs(self.model, numbers, &self.next.x, mix.mirror(), scratches);
+        evaluation.freeze_again(self.model, numbers, &self.next.x, mix.mirror(), scratches);
     }
 
-    /// Freezes springs as they were evaluated, at the iterate in `next`.
+    /// Freezes springs and elements as they were evaluated, at the iterate in `next`.
     fn freeze_as_evaluated(&mut self) {
         let Evaluated { evaluation, numbers, scratches, .. } = &mut *self.evaluated;
         let mirror = numbers.mirror.to_f64();
-        evaluation.freeze_springs(self.model, numbers, &self.next.x, mirror, scratches);
+        evaluation.freeze_again(self.model, numbers, &self.next.x, mirror, scratches);
     }
 
     /// The preconditioner that the next solve begins with. Where one before came to its cap it is the patches that led on,

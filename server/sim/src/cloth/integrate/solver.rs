@@ -75,10 +75,10 @@ impl<R: Real> Solver<R> {
             return;
         }
         // Of the air the matrix has a part that follows from velocities too.
-        if numbers.external.air.is_empty() {
-            kept.begin(x, now);
-        } else {
+        if numbers.external.has_air() {
             kept.forget();
+        } else {
+            kept.begin(x, now);
         }
         self.patches.make(layout, matrix, inverse, kept);
     }

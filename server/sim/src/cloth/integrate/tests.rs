@@ -14,6 +14,7 @@ use crate::{
         evaluate::{Common, Evaluated, Evaluation, PartSums, Total},
         settings::Purpose,
     },
+    collide::Kept,
     interrupt::Interrupt,
     linalg::Outcome,
     mesh::TriangleMesh,
@@ -71,6 +72,7 @@ fn of_crumpled(
         solver: &mut solver,
         vectors: &mut vectors,
         contact: &mut Contact::default(),
+        contacts: &mut Kept::default(),
         common: &mut Common::default(),
         of_parts: &mut PartSums::default(),
         watch: &mut NoStopwatch,
@@ -148,7 +150,7 @@ fn springs_are_frozen_as_an_evaluation_freezes_them() {
         for (mix, is_same) in [(Mix::EXACT, false), (Mix::ABSOLUTE, true)] {
             let Step { model, next, evaluated, .. } = &mut *search.step;
             let Evaluated { evaluation, numbers, scratches, .. } = &mut **evaluated;
-            evaluation.freeze_springs(model, numbers, &next.x, mix.mirror(), scratches);
+            evaluation.freeze_again(model, numbers, &next.x, mix.mirror(), scratches);
             assert_eq!(evaluation.tangent == tangent, is_same, "{mix:?}");
         }
     });

@@ -8,6 +8,7 @@ use crate::{
         layout::Model,
         state::State,
     },
+    collide::Kept,
     linalg::{lanes_at, packs, packs_at, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
     parallel::{per_block_mut, per_row, per_row_mut, per_sixteen},
@@ -27,6 +28,8 @@ pub(crate) struct Step<'a, R: Real> {
     pub(crate) solver: &'a mut Solver<R>,
     pub(crate) vectors: &'a mut Vectors<R>,
     pub(crate) contact: &'a mut Contact<R>,
+    /// What meeting colliders keeps.
+    pub(crate) contacts: &'a mut Kept,
     /// What parts do as a whole, and memory for that.
     pub(crate) common: &'a mut Common,
     pub(crate) of_parts: &'a mut PartSums,

@@ -154,8 +154,8 @@ impl<R: Real> DescendBlock<'_, R> {
     #[inline(always)]
     fn visit<P: Pack<Number = R>>(&mut self, visit: Visit) {
         let group = usize::from(visit.group);
-        let (forces, sums) = self.forces::<P>(group);
-        let StepNumbers { scheme, drag, wind, gravity, .. } = *self.numbers;
+        let (forces, mut block) = self.forces::<P>(group);
+        let StepNumbers { scheme, gravity, .. } = *self.numbers;
         let ([_, base], [m, inv_m]) = self.start.at::<P>(group);
         let records = self.scratch.records[group * LANES..].first_chunk::<LANES>();
         let records = records.expect("a group of a block");
@@ -163,19 +163,11 @@ impl<R: Real> DescendBlock<'_, R> {
         let (x, u) = (packs::<P>(&field(0)), packs::<P>(&field(1)));
 
         let h = R::of(scheme.h);
-        let mut force = three!(|c| (u[c] - P::splat(wind[c])) * drag);
         let place = self.number * (self.model.block_size / LANES) + group;
-        let acting = self.numbers.external.at::<P>(place);
-        if let Some(acting) = &acting {
-            let given = acting.force(u, three!(|c| P::splat(wind[c])));
-            force = three!(|c| force[c] - given[c]);
-        }
-        let rest = three!(|c| (m * gravity[c] - force[c]) * h + forces[c] - m * (u[c] - base[c]));
-        let own = m.widen() + P::Wide::of(scheme.h * drag.to_f64());
-        let mut block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
-        if let Some(acting) = &acting {
-            acting.widen().add_to(&mut block, P::Wide::of(scheme.h));
-        }
+        let medium = self.numbers.external.at::<P>(place);
+        let force = medium.force(u);
+        let rest = three!(|c| (m * gravity[c] + force[c]) * h + forces[c] - m * (u[c] - base[c]));
+        medium.widen().add_to(&mut block, m.widen(), P::Wide::of(scheme.h));
         let inverse = Inverse3::of_packs(block, PreconditionerKind::BlockJacobi, inv_m.widen());
         let moves = P::from_singles(&visit.mask());
         let change = inverse.times(three!(|c| rest[c].where_positive(inv_m)));
@@ -200,10 +192,11 @@ impl<R: Real> DescendBlock<'_, R> {
         let has_elements = !model.elements.is_empty();
         if has_elements {
             let rows = self.rows.len() * LANES;
+            let side = (RightHandSide::Forces, numbers.mirror);
             self.scratch.corners.clear(rows);
             let at = BlockOfRows { block: number, rows, group: Some(group), fields };
             for (elements, numbers) in model.elements.iter().zip(&numbers.elements) {
-                elements.evaluate::<P, Descend>(at, numbers, RightHandSide::Forces, &mut [], self.scratch);
+                elements.evaluate::<P, Descend>(at, numbers, side, &mut [], self.scratch);
             }
             springs.copy_first_halo(number, fields, &mut self.scratch.records);
         }

@@ -60,7 +60,7 @@ pub(super) fn advance<R: Real>(
         if !step.has_finite_ends() {
             return Ok((report, Found::End, step.error_of_change()));
         }
-        let review = step.contact.review(scene, step.next, round)?;
+        let review = step.contact.review(scene, step.next, step.contacts, round)?;
         step.watch.lap(Stage::Collide);
         if review == Review::Safe {
             return Ok((report, Found::End, step.error_of_change()));

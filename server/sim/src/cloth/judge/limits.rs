@@ -72,7 +72,8 @@ pub(crate) fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
     model.share.greatest(best)[1] as u64
 }
 
-/// The user's first spring of that stretch, and which of its ends is a pin that moved, if one is.
+/// The user's first spring of that stretch, or two particles of a triangle of it, and which of them is a pin that moved, if one
+/// is.
 fn longest<R: Real>(
     model: &Model<R>,
     [before, state]: [&State<R>; 2],
@@ -94,6 +95,16 @@ fn longest<R: Real>(
                 best = [ratio, user as f64, f64::from(model.user[other]), pin];
             }
         }
+    }
+
+    for elements in &model.elements {
+        elements.tell_stretch(&state.x, &mut |ends, ratio| {
+            if ratio > best[0] && ends.iter().any(|end| model.share.has(*end)) {
+                let pin = ends.into_iter().find(|end| is_moved_pin(*end));
+                let [particle, other] = ends.map(|end| f64::from(model.user[end]));
+                best = [ratio, particle, other, pin.map_or(NO_PIN, |pin| f64::from(model.user[pin]))];
+            }
+        });
     }
 
     let [ratio, particle, other, pin] = model.share.greatest(best);

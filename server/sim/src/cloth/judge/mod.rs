@@ -6,11 +6,13 @@
 mod rounding;
 mod energies;
 mod limits;
+mod bounding;
 mod contact_gain;
 mod gain;
 mod accept;
 
 pub(super) use accept::{After, Before, Found, accept, falls_short, moving};
+pub(crate) use bounding::bounding_law;
 pub(super) use contact_gain::{most_owed, owed};
 pub(super) use energies::risen_most;
 pub(super) use gain::{gain_limit, gained, start_of};

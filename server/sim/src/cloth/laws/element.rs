@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::threads::Threads;
 use crate::{math::Pack, mesh::TriangleMesh};
 
 /// What its mesh makes of the bending stiffness of a plate.
@@ -41,14 +42,16 @@ impl<const N: usize, const C: usize> Found<N, C> {
 /// A law of elements of `N` particles, each with `C` numbers that never change and `F` numbers that an evaluation freezes.
 ///
 /// With stiffness k and damping nu of the body's law, an element has the energy k W(x), and its particles feel the
-/// forces -k dW/dx - nu H v, where H is the frozen second derivative of W: positive semi-definite, so that an implicit
-/// step has one solution.
+/// forces -k dW/dx - nu H v, where H is the frozen second derivative of W. A law with F > 0 has an H that changes with the
+/// state, of two parts: what does not depend on loads, which is positive semi-definite and alone damps, and what loads add,
+/// of which a [`Treatment`] says how it counts. A law with F = 0 has one H for all states, positive semi-definite, so that an
+/// implicit step has one solution.
 pub(crate) trait ElementLaw<const N: usize, const C: usize, const F: usize> {
     /// Elements of a mesh at rest as it lies; those without a shape to resist with are left out.
-    fn elements(mesh: &TriangleMesh) -> Found<N, C>;
+    fn elements(mesh: &TriangleMesh, threads: &Threads) -> Found<N, C>;
 
     /// W, dW/dx and what is frozen of H at positions `x`. Mark it and the others `#[inline(always)]`.
-    fn evaluate<P: Pack>(rest: [P; C], x: [[P; 3]; N]) -> Evaluated<P, N, F>;
+    fn evaluate<P: Pack>(rest: [P; C], x: [[P; 3]; N], treatment: Treatment<P>) -> Evaluated<P, N, F>;
 
     /// The product H w, from what was frozen.
     fn product<P: Pack>(rest: [P; C], frozen: [P; F], w: [[P; 3]; N]) -> [[P; 3]; N];
@@ -56,8 +59,45 @@ pub(crate) trait ElementLaw<const N: usize, const C: usize, const F: usize> {
     /// Blocks of H on its diagonal, one per particle: xx, yy, zz, xy, xz, yz.
     fn diagonal<P: Pack>(rest: [P; C], frozen: [P; F]) -> [[P; 6]; N];
 
-    /// Numbers s_i with w.H w <= sum of s_i |w_i|² for every w: what each particle adds to the bound of an explicit step.
+    /// Numbers s_i with w.H w <= sum of s_i |w_i|² for every w: what each particle adds to the bound of an explicit step. Of
+    /// a law with F > 0 at rest.
     fn shares(rest: [f64; C]) -> [f64; N];
+
+    /// Of a law with F > 0: what shares at positions `x` have beyond those at rest.
+    #[inline(always)]
+    fn beyond<P: Pack>(_rest: [P; C], _x: [[P; 3]; N]) -> Beyond<P, N> {
+        Beyond { all: [P::zero(); N], loads: [P::zero(); N] }
+    }
+
+    /// Of a law with F > 0: the square of the greatest rate at which an element is stretched or turned, in its length at rest
+    /// (1/s²), from the velocities `v` of its particles.
+    #[inline(always)]
+    fn rate<P: Pack>(_rest: [P; C], _v: [[P; 3]; N]) -> P {
+        P::zero()
+    }
+
+    /// Of a law with F > 0: about how long the sides of an element are at rest (m).
+    fn size(_rest: [f64; C]) -> f64 {
+        0.0
+    }
+}
+
+/// How the part of H counts that is there under loads alone.
+#[derive(Clone, Copy)]
+pub(crate) struct Treatment<P> {
+    /// What its negative eigenvalues are multiplied by, if that makes them greater: 1, 0 or -1, or between.
+    pub(crate) mirror: P,
+    /// What it is multiplied by beside the other part, which alone damps: h k / (h k + nu) in the matrix of a step, 0 in a
+    /// force of damping.
+    pub(crate) elastic: P,
+}
+
+/// What the bounds of an explicit step have beyond those at rest.
+pub(crate) struct Beyond<P, const N: usize> {
+    /// What shares have more than at rest, of each particle.
+    pub(crate) all: [P; N],
+    /// The share of what loads add to H, of each particle.
+    pub(crate) loads: [P; N],
 }
 
 /// Sixteen elements, evaluated.
@@ -68,4 +108,6 @@ pub(crate) struct Evaluated<P: Pack, const N: usize, const F: usize> {
     pub(crate) gradient: [[P; 3]; N],
     /// What [`ElementLaw::product`] needs of H.
     pub(crate) frozen: [P; F],
+    /// The greatest length over that at rest; 0 under a law that does not resist stretching.
+    pub(crate) stretch: P,
 }

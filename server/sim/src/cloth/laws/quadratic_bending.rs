@@ -5,7 +5,10 @@
 //! sqrt(3 / (A0 + A1)), and add to 0; three are kept. The sum is the vector of mean curvature, 0 where the two triangles lie in a plane. The
 //! energy is constant under isometries in its second derivative, which is that of every state: nothing is frozen.
 
-use super::element::{ElementLaw, Evaluated, Found};
+use super::{
+    element::{ElementLaw, Evaluated, Found, Treatment},
+    threads::Threads,
+};
 use crate::{
     interrupt,
     math::{
@@ -20,7 +23,7 @@ use crate::{
 pub(crate) struct QuadraticBending;
 
 impl ElementLaw<4, 3, 0> for QuadraticBending {
-    fn elements(mesh: &TriangleMesh) -> Found<4, 3> {
+    fn elements(mesh: &TriangleMesh, _: &Threads) -> Found<4, 3> {
         let mut found = Found::default();
         for Pair { edge: [a, b], opposite: [c, d] } in mesh.pairs() {
             interrupt::point();
@@ -33,10 +36,11 @@ impl ElementLaw<4, 3, 0> for QuadraticBending {
     }
 
     #[inline(always)]
-    fn evaluate<P: Pack>(rest: [P; 3], x: [[P; 3]; 4]) -> Evaluated<P, 4, 0> {
+    fn evaluate<P: Pack>(rest: [P; 3], x: [[P; 3]; 4], _: Treatment<P>) -> Evaluated<P, 4, 0> {
         let bend = sum(rest, x);
         let wide = P::widen3(bend);
-        Evaluated { energy: P::Wide::of(0.5) * dot(wide, wide), gradient: spread(rest, bend), frozen: [] }
+        let energy = P::Wide::of(0.5) * dot(wide, wide);
+        Evaluated { energy, gradient: spread(rest, bend), frozen: [], stretch: P::zero() }
     }
 
     #[inline(always)]

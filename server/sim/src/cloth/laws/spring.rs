@@ -11,7 +11,7 @@ use crate::{
 
 /// The greatest l0 / l that the stiffness across a spring is computed from, about the root of an inverse rounding: a of the
 /// block a I + b d dᵀ is then known to the root of a rounding of h² k. Beyond, a stiff spring would lose that to rounding.
-const fn most_compressed<R: Real>() -> f64 {
+pub(super) const fn most_compressed<R: Real>() -> f64 {
     match R::PRECISION {
         Precision::F32 => 4096.0,
         Precision::F64 => 67_108_864.0,

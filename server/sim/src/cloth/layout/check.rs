@@ -77,7 +77,7 @@ fn check_triangles(network: &Network, settings: &ClothSettings) -> Result<(), St
 
 /// Elements of particles of so many, each with its numbers.
 fn check_elements(list: &ElementList, count: usize) -> Result<(), String> {
-    let ElementList { kind, law, particles, rest, bending } = list;
+    let ElementList { kind, law, particles, rest, bending, threads } = list;
     let name = kind.name();
     for (what, value) in [("stiffness", law.stiffness), ("damping", law.damping)] {
         if !value.is_finite() || value < 0.0 {
@@ -97,6 +97,11 @@ fn check_elements(list: &ElementList, count: usize) -> Result<(), String> {
     if bending.is_some_and(|told| !told.factor.is_finite() || told.factor <= 0.0 || !told.poisson.is_finite())
     {
         return Err(format!("what the mesh makes of {name} is no finite share above 0"));
+    }
+    if let Some(share) = threads.shares.iter().find(|share| !share.is_finite() || **share < 0.0) {
+        return Err(format!(
+            "a share of the stiffness of {name} is {share}: a finite number from 0 is needed"
+        ));
     }
     match particles.iter().find(|end| **end as usize >= count) {
         Some(end) => Err(format!("{name} names particle {end}: there are {count}, from 0")),

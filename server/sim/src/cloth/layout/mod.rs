@@ -10,12 +10,14 @@ mod lists;
 mod elements;
 mod triangles;
 mod surface;
+mod figures;
 mod parts;
 mod check;
 mod model;
 
 pub(crate) use check::check_network;
-pub(super) use elements::{BlockOfRows, ElementNumbers, Elements};
+pub(super) use elements::{BlockOfRows, ElementFigures, ElementNumbers, Elements};
+pub(super) use figures::Figure;
 pub(super) use halo::copy_own;
 pub use model::{LawEntry, Model, Parameters};
 pub(super) use parts::{Part, Pushed};

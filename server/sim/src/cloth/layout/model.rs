@@ -10,6 +10,7 @@ use std::{collections::BTreeSet, ops::Range};
 use super::{
     check::check_network,
     elements::Elements,
+    figures::Figure,
     parts::Parts,
     rows::{Joint, Springs, sort_rows},
     surface::Surface,
@@ -73,6 +74,8 @@ pub struct Model<R: Real> {
     pub(crate) components: Option<Components>,
     /// Its surface, where parts of it keep a distance or crossings are counted.
     pub(crate) surface: Option<Surface>,
+    /// What of it frames lead.
+    pub(crate) figures: Vec<Figure>,
     /// What moves by itself.
     pub(crate) parts: Parts,
     /// What no pin holds, where the settings have steps solve linear systems.
@@ -174,8 +177,11 @@ impl<R: Real> Model<R> {
                 .iter()
                 .map(|list| Elements::new(list, settings.block_size, &place))
                 .collect(),
-            triangles: network.air.map(|_| Triangles::new(&network.triangles, settings.block_size, &place)),
+            triangles: network
+                .air
+                .map(|_| Triangles::new(&joined.triangles_of_cloth(), settings.block_size, &place)),
             surface: Surface::of(joined, settings, &place, &user),
+            figures: Figure::all_of(joined, &place),
             m,
             inv_m,
             user,

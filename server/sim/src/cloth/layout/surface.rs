@@ -58,6 +58,11 @@ impl Surface {
         }
         let rest: Vec<_> = user.iter().map(|&old| vec3(network.x[old as usize])).collect();
         let faces = Faces::new(&triangles, count);
+        let faces = if joined.has_figures() {
+            faces.with_figures(|row| joined.is_figure(user[row as usize]))
+        } else {
+            faces
+        };
         let thickness = network.thickness;
         let beside = if thickness > 0.0 { Beside::new(&faces, &rest) } else { Beside::default() };
         Some(Self { thickness, faces, beside, rest, sheets, thicknesses })

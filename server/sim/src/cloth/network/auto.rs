@@ -1,6 +1,6 @@
 //! What settings leave to the program: decided when a cloth is built, by numbers alone.
 
-use super::description::Network;
+use super::description::{ElementList, Network};
 use crate::{
     cloth::settings::ClothSettings,
     linalg::{AtCap, PreconditionerKind},
@@ -11,8 +11,9 @@ use crate::{
 pub(crate) fn resolve(settings: &ClothSettings, network: &Network, dt: f64) -> ClothSettings {
     let mut settings = *settings;
     if settings.solver.preconditioner == PreconditionerKind::Auto {
-        let laws = network.springs.iter().map(|spring| spring.law);
-        let sums = laws.fold([0.0; 2], |[k, nu], law| [k + law.stiffness, nu + law.damping]);
+        let springs = network.springs.iter().map(|spring| [spring.law.stiffness, spring.law.damping]);
+        let laws = springs.chain(network.elements.iter().map(ElementList::as_springs));
+        let sums = laws.fold([0.0; 2], |[k, nu], [stiffness, damping]| [k + stiffness, nu + damping]);
         let pinned: f64 = network.pins.iter().filter_map(|pin| network.masses.get(*pin as usize)).sum();
         let mass = network.masses.iter().sum::<f64>() - pinned;
         let is_stiff = settings.is_stiff(network.x.len() as u64, mass, sums, dt);

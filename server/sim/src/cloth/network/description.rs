@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use std::collections::BTreeSet;
 
-use super::continuations::straight_continuations;
+use super::{continuations::straight_continuations, frames::Frames};
 use crate::{
-    cloth::laws::{Air, Bending, ElementKind, Listed},
+    cloth::laws::{Air, Bending, ElementKind, Listed, Threads, WarpError, no_warp},
     interrupt,
     math::array::{length, minus},
     mesh::{MeshSpring, TriangleMesh},
@@ -44,7 +44,7 @@ pub struct Spring {
 pub struct ElementList {
     /// The law that all of them follow.
     pub kind: ElementKind,
-    /// Stiffness and damping, in the units that the law's page gives.
+    /// Stiffness and damping, in the units that the law's page gives; of a membrane what its shares are multiplied by.
     pub law: SpringLaw,
     /// Their particles in the user's numbering, one element after the other.
     pub(crate) particles: Vec<u32>,
@@ -52,16 +52,59 @@ pub struct ElementList {
     pub(crate) rest: Vec<f64>,
     /// What the mesh makes of the bending stiffness, under a law that asks.
     pub(crate) bending: Option<Bending>,
+    /// The threads of a fabric, under a law that asks.
+    pub(crate) threads: Threads,
 }
 
 impl ElementList {
-    /// The elements that a law gives a mesh, at rest as it lies.
+    /// The elements that a law gives a mesh, at rest as it lies. Those of a membrane have the threads of
+    /// [`Threads::default`].
     ///
     /// # Panics
     /// On a mesh that [`TriangleMesh::check`] refuses.
     pub fn new(kind: ElementKind, law: SpringLaw, mesh: &TriangleMesh) -> Self {
-        let Listed { particles, rest, bending } = kind.list(mesh);
-        Self { kind, law, particles, rest, bending }
+        Self::made(kind, law, Threads::default(), mesh)
+    }
+
+    /// The elements of a membrane on a mesh, at rest as it lies. Along warp and weft and against shear it has the stiffness
+    /// (N/m) and the damping (N s/m) of the law times the shares of the threads.
+    ///
+    /// # Errors
+    /// Where the warp has no direction.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    pub fn membrane(law: SpringLaw, threads: Threads, mesh: &TriangleMesh) -> Result<Self, WarpError> {
+        match no_warp(mesh, threads.warp) {
+            Some(error) => Err(error),
+            None => Ok(Self::made(ElementKind::Membrane, law, threads, mesh)),
+        }
+    }
+
+    /// The elements of the same law on a mesh, at rest as it lies; those without a warp are left out.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    #[must_use]
+    pub fn on(&self, mesh: &TriangleMesh) -> Self {
+        Self::made(self.kind, self.law, self.threads, mesh)
+    }
+
+    fn made(kind: ElementKind, law: SpringLaw, threads: Threads, mesh: &TriangleMesh) -> Self {
+        let Listed { particles, rest, bending } = kind.list(mesh, &threads);
+        Self { kind, law, particles, rest, bending, threads }
+    }
+
+    /// The threads of its fabric, of a membrane.
+    pub fn threads(&self) -> Option<Threads> {
+        (self.kind == ElementKind::Membrane).then_some(self.threads)
+    }
+
+    /// Stiffness (N/m) and damping (N s/m) that a spring would have which takes as much of a step, of all elements together.
+    pub fn as_springs(&self) -> [f64; 2] {
+        // Each end of a spring has a share of twice its stiffness.
+        let share = 0.25 * self.kind.total_share(&self.rest);
+        [share * self.law.stiffness, share * self.law.damping]
     }
 
     /// What the mesh makes of the bending stiffness, of a plate.
@@ -112,9 +155,16 @@ pub struct Network {
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates, for drawing; empty or as many as positions.
     pub uv: Vec<[f64; 2]>,
+    /// Where all its particles are over time, of a figure: nothing else moves them. None: it is cloth.
+    pub frames: Option<Frames>,
 }
 
 impl Network {
+    /// Whether frames lead its particles: it has a surface that cloth meets, and is no cloth.
+    pub fn is_figure(&self) -> bool {
+        self.frames.is_some()
+    }
+
     /// All pairs of particles that springs or elements join, in the numbering that `place` gives; some more than once, and
     /// particles with themselves.
     pub(crate) fn pairs<'a>(&'a self, place: &'a [u32]) -> impl Iterator<Item = [u32; 2]> + Clone + 'a {
@@ -130,7 +180,8 @@ impl Network {
     }
 
     /// Pairs of particles that are next to each other, in the numbering that `place` gives: joined by springs along edges, and
-    /// across them where a particle has eight such springs at most, as on a lattice; or all pairs where there are none of these.
+    /// across them where a particle has eight such springs at most, as on a lattice; without these along the sides of membranes,
+    /// and without those all pairs.
     pub(crate) fn rings(&self, place: &[u32]) -> Vec<[u32; 2]> {
         let of = |kinds: &[SpringKind]| -> Vec<[u32; 2]> {
             let springs = self.springs.iter().filter(|spring| kinds.contains(&spring.kind));
@@ -138,7 +189,19 @@ impl Network {
         };
         let near = of(&[SpringKind::Stretch, SpringKind::Shear]);
         let rings = if near.len() <= 4 * self.x.len() { near } else { of(&[SpringKind::Stretch]) };
-        if rings.is_empty() { self.pairs(place).collect() } else { rings }
+        if !rings.is_empty() {
+            return rings;
+        }
+        let membranes: Vec<[u32; 2]> =
+            self.membrane_sides().map(|side| side.map(|particle| place[particle as usize])).collect();
+        if membranes.is_empty() { self.pairs(place).collect() } else { membranes }
+    }
+
+    /// Sides of the elements of its membranes, those of two elements twice.
+    pub(crate) fn membrane_sides(&self) -> impl Iterator<Item = [u32; 2]> {
+        let membranes = self.elements.iter().filter(|list| list.kind == ElementKind::Membrane);
+        let triangles = membranes.flat_map(|list| list.particles.as_chunks::<3>().0);
+        triangles.flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
     }
 
     /// Pairs of corners of the triangles that the air acts on, in the numbering that `place` gives; some more than once.

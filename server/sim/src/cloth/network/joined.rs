@@ -3,13 +3,13 @@
 use std::{borrow::Cow, ops::Range};
 
 use super::description::{ElementList, Network, Spring};
-use crate::interrupt;
+use crate::{interrupt, surface::Crossing};
 
 /// Networks side by side, in the order that they were given in.
 #[derive(Clone, Debug)]
 pub(crate) struct Joined<'a> {
     /// All of them as one, with the greatest thickness. Of several it has drag and air of the first one, which all of them
-    /// have, and no texture coordinates.
+    /// have, and neither texture coordinates nor frames.
     pub(crate) whole: Cow<'a, Network>,
     /// Each of them.
     pub(crate) parts: Vec<&'a Network>,
@@ -40,6 +40,40 @@ impl<'a> Joined<'a> {
         self.starts.partition_point(|start| *start <= particle) - 1
     }
 
+    /// Whether any part is a figure.
+    pub(crate) fn has_figures(&self) -> bool {
+        self.parts.iter().any(|part| part.is_figure())
+    }
+
+    /// Whether a particle of the whole is a corner of a figure.
+    pub(crate) fn is_figure(&self, particle: u32) -> bool {
+        self.parts[self.part_of(particle)].is_figure()
+    }
+
+    /// Its triangles that are no figure's.
+    pub(crate) fn triangles_of_cloth(&self) -> Cow<'_, [[u32; 3]]> {
+        if !self.has_figures() {
+            return Cow::Borrowed(self.whole.triangles.as_slice());
+        }
+        let of_cloth = |corners: &&[u32; 3]| !self.is_figure(corners[0]);
+        Cow::Owned(self.whole.triangles.iter().filter(of_cloth).copied().collect())
+    }
+
+    /// The first crossing of its surfaces; what figures do among themselves is none.
+    pub(crate) fn first_crossing(&self) -> Option<Crossing> {
+        self.whole.first_crossing_of(&|particles| self.counts(particles))
+    }
+
+    /// A particle of each of the first two parts of its surfaces that touch, of which one at least is no figure's.
+    pub(crate) fn touching(&self) -> Option<[u32; 2]> {
+        self.whole.touching_of(&|particles| self.counts(particles))
+    }
+
+    /// Whether some of these particles are no figure's.
+    fn counts(&self, particles: &[u32]) -> bool {
+        particles.iter().any(|particle| !self.is_figure(*particle))
+    }
+
     /// The particles of a part within the whole.
     pub(crate) fn particles(&self, part: usize) -> Range<u32> {
         let start = self.starts[part];
@@ -65,6 +99,7 @@ fn side_by_side(parts: &[&Network], starts: &[u32]) -> Network {
             particles: list.particles.iter().map(|particle| moved(*particle)).collect(),
             rest: list.rest.clone(),
             bending: list.bending,
+            threads: list.threads,
         }));
         whole.triangles.extend(part.triangles.iter().map(|corners| corners.map(moved)));
         whole.thickness = whole.thickness.max(part.thickness);
@@ -74,8 +109,10 @@ fn side_by_side(parts: &[&Network], starts: &[u32]) -> Network {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::cloth::{SpringKind, SpringLaw};
+    use crate::cloth::{Frames, Repeat, SpringKind, SpringLaw};
 
     fn part(x: f64, count: u32, thickness: f64) -> Network {
         let law = SpringLaw { stiffness: 1.0, damping: 0.0 };
@@ -106,6 +143,20 @@ mod tests {
         assert_eq!(whole.thickness, 0.2);
         assert_eq!([0, 2, 3, 6].map(|particle| joined.part_of(particle)), [0, 0, 1, 1]);
         assert_eq!([0, 1].map(|part| joined.particles(part)), [0..3, 3..7]);
+    }
+
+    #[test]
+    fn what_figures_do_among_themselves_does_not_count() {
+        let places: Arc<[[f32; 3]]> = [[0.0_f32; 3]; 3].into();
+        let frames = Frames { places, corners: 3, rate: 1.0, start: 0.0, repeat: Repeat::Hold };
+        let figure = Network { frames: Some(frames), ..part(1.0, 3, 0.1) };
+        let cloth = part(2.0, 4, 0.2);
+        let joined = Joined::of(vec![&cloth, &figure, &figure]);
+        assert!(joined.has_figures() && joined.whole.frames.is_none());
+        assert_eq!([0, 3, 4, 9].map(|particle| joined.is_figure(particle)), [false, false, true, true]);
+        assert_eq!(*joined.triangles_of_cloth(), [[0, 1, 2]]);
+        assert!(joined.counts(&[3, 4]) && !joined.counts(&[4, 9]));
+        assert!(!Joined::of(vec![&cloth]).has_figures());
     }
 
     #[test]

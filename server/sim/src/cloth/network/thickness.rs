@@ -74,6 +74,10 @@ impl Network {
         let Some((shortest, [a, b])) = self.shortest_edge() else {
             return Some(format!("is {told} m, and there are no triangles: only triangles make a surface"));
         };
+        // A figure does not meet itself, and so has no neighbours to be told from.
+        if self.is_figure() {
+            return None;
+        }
         // Closer ones could not be told from neighbours.
         if thickness > 0.5 * shortest {
             let [length, allowed] = [shortest, 0.5 * shortest].map(number);
@@ -127,12 +131,13 @@ impl Network {
         shortest
     }
 
-    /// How often edges of its triangles cross others of them at the start, exactly, and the first pair; none where none does.
+    /// How often edges of its triangles cross others of them at the start, exactly, and the first pair; none where none does, and of a figure,
+    /// which does not meet itself.
     ///
     /// # Panics
     /// If a triangle names a particle that is not there.
     pub fn crossed(&self) -> Option<Crossed> {
-        let faces = self.faces()?;
+        let faces = self.faces().filter(|_| !self.is_figure())?;
         let place = |particle: u32| Vec3::from(self.x[particle as usize]);
         let mut crossings = Crossings::new(&faces);
         let (count, first) = interrupt::shared(|interrupt| crossings.count(&faces, &place, interrupt));
@@ -144,21 +149,29 @@ impl Network {
     /// # Panics
     /// If a triangle names a particle that is not there.
     pub fn first_crossing(&self) -> Option<Crossing> {
-        let faces = self.faces()?;
-        let place = |particle: u32| Vec3::from(self.x[particle as usize]);
-        let mut crossings = Crossings::new(&faces);
-        interrupt::shared(|interrupt| crossings.first_of(&faces, &place, &|_| true, interrupt))
+        self.first_crossing_of(&|_| true)
     }
 
-    /// A particle of each of two parts of its surface, an edge or a corner and a triangle, that touch at the start and share no particle; none where
-    /// none do.
+    /// The first of those pairs that count, by their particles: the ends of the edge, then the corners of the triangle.
     ///
     /// # Panics
     /// If a triangle names a particle that is not there.
-    pub fn touching(&self) -> Option<[u32; 2]> {
+    pub(crate) fn first_crossing_of(&self, counts: &(dyn Fn(&[u32]) -> bool + Sync)) -> Option<Crossing> {
         let faces = self.faces()?;
         let place = |particle: u32| Vec3::from(self.x[particle as usize]);
-        interrupt::shared(|interrupt| touching(&faces, &place, &|_| true, interrupt))
+        let mut crossings = Crossings::new(&faces);
+        interrupt::shared(|interrupt| crossings.first_of(&faces, &place, counts, interrupt))
+    }
+
+    /// A particle of each of two parts of its surface, an edge or a corner and a triangle, that touch at the start, share no particle and count, by
+    /// their particles; none where none do.
+    ///
+    /// # Panics
+    /// If a triangle names a particle that is not there.
+    pub(crate) fn touching_of(&self, counts: &(dyn Fn(&[u32]) -> bool + Sync)) -> Option<[u32; 2]> {
+        let faces = self.faces()?;
+        let place = |particle: u32| Vec3::from(self.x[particle as usize]);
+        interrupt::shared(|interrupt| touching(&faces, &place, counts, interrupt))
     }
 
     /// Its triangles, those near each other beside each other; none where all of them name a particle twice.

@@ -3,7 +3,10 @@
 use super::description::Network;
 use crate::{
     interrupt,
-    math::{Precision, Real},
+    math::{
+        Precision, Real,
+        array::{length, minus},
+    },
     mesh::sorted,
 };
 
@@ -11,11 +14,15 @@ use crate::{
 /// are then known to a ten-thousandth.
 const FINEST: f64 = 1e-4;
 
-/// The distance between neighbours of a grid: the rest length that a tenth of the springs does not exceed; 0 without
-/// springs.
+/// The distance between neighbours of a grid: the rest length that a tenth of the springs does not exceed; without springs
+/// likewise the length of the sides of membranes as they lie, and 0 without these.
 pub(crate) fn spacing(network: &Network) -> f64 {
     let lengths = network.springs.iter().inspect(|_| interrupt::point()).map(|spring| spring.rest_length);
     let mut lengths: Vec<f64> = lengths.collect();
+    if lengths.is_empty() {
+        let ends = network.membrane_sides().map(|side| side.map(|particle| network.x[particle as usize]));
+        lengths.extend(ends.map(|[p, q]| length(minus(q, p))));
+    }
     let tenth = lengths.len() / 10;
     if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(tenth, f64::total_cmp).1 }
 }

@@ -11,7 +11,7 @@ mod purpose;
 
 pub use cloth::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits};
 pub use integrator::Integrator;
-pub(super) use purpose::{Aim, Bounded, Descend, Explicit, Implicit, Purpose, RightHandSide};
+pub(super) use purpose::{Aim, Bounded, Descend, Explicit, Implicit, Purpose, Resultant, RightHandSide};
 pub use rest::RestSettings;
 pub(super) use scheme::{Scheme, error_constant};
 pub use surface::{SurfaceCheck, SurfaceSettings};

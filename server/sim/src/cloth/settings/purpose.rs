@@ -8,7 +8,9 @@ use crate::{linalg::PreconditionerKind, report::BoundKind};
 pub(crate) enum Purpose {
     /// A step that divides forces by masses; or energies alone.
     Explicit,
-    /// The same, with a bound of this kind on its length.
+    /// The forces themselves, of pins too: to be looked at.
+    Resultant,
+    /// As for a step that divides forces by masses, with a bound of this kind on its length.
     Bounded(BoundKind),
     /// A step that makes one linear solve from the state.
     Implicit(PreconditionerKind),
@@ -55,10 +57,14 @@ pub(crate) trait Aim {
     const FREEZES: bool = Self::HAS_MATRIX;
     /// What bounds an explicit step.
     const IS_BOUNDED: bool = false;
+    /// Forces in place of accelerations, of pins too.
+    const KEEPS_FORCES: bool = false;
 }
 
 /// Accelerations, without a bound on what is done with them.
 pub(crate) struct Explicit;
+/// Forces, of pins too.
+pub(crate) struct Resultant;
 /// Accelerations, and what bounds the length of their step.
 pub(crate) struct Bounded;
 /// A linear solve, from the state or an iterate.
@@ -67,6 +73,10 @@ pub(crate) struct Implicit;
 pub(crate) struct Descend;
 
 impl Aim for Explicit {}
+
+impl Aim for Resultant {
+    const KEEPS_FORCES: bool = true;
+}
 
 impl Aim for Bounded {
     const IS_BOUNDED: bool = true;

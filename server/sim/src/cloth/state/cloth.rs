@@ -153,6 +153,20 @@ impl<R: Real> State<R> {
         has_changed
     }
 
+    /// Gives rows that frames lead the velocity that brings them in `dt` (s) to where they are to be then (m); says whether that changes any.
+    pub(crate) fn lead(&mut self, corners: impl Iterator<Item = (usize, [f64; 3])>, dt: f64) -> bool {
+        let mut has_changed = false;
+        for (row, place) in corners {
+            // What stands there, as numbers of the state have it, stays.
+            let to: Vec3<R> = vec3(place);
+            let way = to.map(R::to_f64) - self.x[row].vector().map(R::to_f64);
+            let v = Padded::new(&(way / dt).map(R::of));
+            has_changed |= v != self.v[row];
+            self.v[row] = v;
+        }
+        has_changed
+    }
+
     /// Gives pins the velocity with which they begin the next sub-step, of which the length is not known yet; says whether that
     /// changes any.
     pub(crate) fn look_ahead(&mut self, share: &Share, dt: f64) -> bool {

@@ -3,24 +3,26 @@
 use super::cloth::{PinMotion, State};
 use crate::math::{Padded, Real};
 
-/// Pins on their way and their velocities, to return to.
+/// Pins on their way, and the velocities of all rows that are led, to return to.
 #[derive(Clone, Debug, Default)]
 struct Pins<R: Real> {
     motions: Vec<PinMotion>,
-    velocities: Vec<Padded<R>>,
+    velocities: Vec<(u32, Padded<R>)>,
 }
 
 impl<R: Real> Pins<R> {
-    fn keep(&mut self, state: &State<R>) {
+    /// Keeps them beside those of the rows that frames lead.
+    fn keep(&mut self, state: &State<R>, led: impl Iterator<Item = u32>) {
         self.motions.clone_from(&state.motions);
+        let rows = state.motions.iter().map(|motion| motion.particle).chain(led);
         self.velocities.clear();
-        self.velocities.extend(state.motions.iter().map(|motion| state.v[motion.particle as usize]));
+        self.velocities.extend(rows.map(|row| (row, state.v[row as usize])));
     }
 
     fn restore(&self, state: &mut State<R>) {
         state.motions.clone_from(&self.motions);
-        for (motion, v) in self.motions.iter().zip(&self.velocities) {
-            state.v[motion.particle as usize] = *v;
+        for (row, v) in &self.velocities {
+            state.v[*row as usize] = *v;
         }
     }
 }
@@ -40,15 +42,15 @@ pub(crate) struct Turns<R: Real> {
 }
 
 impl<R: Real> Turns<R> {
-    /// Begins a step from a state.
-    pub(crate) fn begin(&mut self, state: &State<R>) {
+    /// Begins a step from a state, of which frames lead some rows.
+    pub(crate) fn begin(&mut self, state: &State<R>, led: impl Iterator<Item = u32>) {
         self.has_moved = false;
-        self.pins.keep(state);
+        self.pins.keep(state, led);
     }
 
-    /// Begins a sub-step from a state, before its pins are aimed.
-    pub(crate) fn begin_substep(&mut self, state: &State<R>) {
-        self.pins_of_substep.keep(state);
+    /// Begins a sub-step from a state, before its pins are aimed and its corners of figures are led.
+    pub(crate) fn begin_substep(&mut self, state: &State<R>, led: impl Iterator<Item = u32>) {
+        self.pins_of_substep.keep(state, led);
     }
 
     /// Makes room for what a sub-step from `state` writes, without touching what `undo` needs; of two states where

@@ -137,21 +137,16 @@ impl<R: Real> Stepping<'_, R> {
         let Self { model, settings, around, .. } = *self;
         let StepMemory { turns, evaluated, contact, attempt, .. } = &mut *self.memory;
         let Attempt { tried, contacts: kept, .. } = attempt;
-        let State { x, v, past, .. } = &mut turns.next;
-        let (is_thick, sub_step) = (model.thick_surface().is_some(), evaluated.numbers.sub_step);
-        if is_thick {
-            contact.rub(model, around.colliders, (&self.state.x, sub_step.dt), [x, v]);
-        }
-        let (colliders, share, user) = (around.colliders, &model.share, &model.user);
-        let contacts = Contacts { colliders, sub_step, share, user };
-        let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
-        let from = [&self.state.x[..], &self.state.v[..]];
-        let mut met = resolve(contacts, &model.inv_m, from, [x, v], past, kept);
-        if is_thick && !colliders.is_empty() {
-            kept.add(contact.given());
-            met.touched = met.touched.max(contact.pushed());
-            met.carried = met.carried.and(contact.carried(model));
-        }
+        let colliders = around.colliders;
+        // What keeps surfaces apart has met them in its last round.
+        let met = contact.take(&mut turns.next).unwrap_or_else(|| {
+            let (sub_step, share, user) = (evaluated.numbers.sub_step, &model.share, &model.user);
+            let State { x, v, past, .. } = &mut turns.next;
+            let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
+            let from = [&self.state.x[..], &self.state.v[..]];
+            let contacts = Contacts { colliders, sub_step, share, user };
+            resolve(contacts, &model.inv_m, from, [x, v], past, kept)
+        });
         let Met { touched, passed, first_passed, pinched, first_pinched, .. } = met;
         watch.lap(Stage::Collide);
 

@@ -6,7 +6,7 @@ use crate::{
         contact::Contact,
         evaluate::Evaluated,
         integrate::{Solver, Vectors},
-        layout::Model,
+        layout::{Figure, Model},
         settings::{ClothSettings, Purpose},
         state::{State, Turns},
     },
@@ -43,15 +43,15 @@ impl<R: Real> StepMemory<R> {
     }
 
     /// Begins a step from a state.
-    pub(super) fn begin(&mut self, state: &State<R>) {
-        self.turns.begin(state);
+    pub(super) fn begin(&mut self, model: &Model<R>, state: &State<R>) {
+        self.turns.begin(state, led(model));
         self.attempt.begin();
         (self.evaluated.evaluation.runs, self.solver.products) = (0, 0);
     }
 
     /// Begins a sub-step from a state, before its pins are aimed.
-    pub(super) fn begin_substep(&mut self, state: &State<R>) {
-        self.turns.begin_substep(state);
+    pub(super) fn begin_substep(&mut self, model: &Model<R>, state: &State<R>) {
+        self.turns.begin_substep(state, led(model));
         self.solver.solves = 0;
     }
 
@@ -93,4 +93,9 @@ impl<R: Real> StepMemory<R> {
     pub(crate) fn set_forces(&mut self, model: &Model<R>, forces: impl Iterator<Item = (u32, [f64; 3])>) {
         self.evaluated.set_forces(model, forces);
     }
+}
+
+/// The rows that frames lead.
+fn led<R: Real>(model: &Model<R>) -> impl Iterator<Item = u32> {
+    model.figures.iter().flat_map(Figure::rows)
 }

@@ -44,7 +44,7 @@ impl<R: Real> Stepping<'_, R> {
     /// If the settings ask for a preconditioner with a coarse space and those that the model was made for do not.
     pub(crate) fn begin(&mut self) {
         self.memory.size_for(self.model, self.settings);
-        self.memory.begin(self.state);
+        self.memory.begin(self.model, self.state);
     }
 
     /// Aims pins for the sub-step that begins: what bounds it is how they move in it.
@@ -123,7 +123,7 @@ impl<R: Real> Stepping<'_, R> {
 
     /// Begins a sub-step that is tried, to which [`Self::abandon`] returns.
     pub(crate) fn begin_substep(&mut self) {
-        self.memory.begin_substep(self.state);
+        self.memory.begin_substep(self.model, self.state);
     }
 
     /// Computes where a sub-step leads, judges it, and lets it meet colliders. Pins are aimed; no other particle has moved.
@@ -139,13 +139,22 @@ impl<R: Real> Stepping<'_, R> {
         self.meet(watch)
     }
 
+    /// Gives pins on their way, and corners of figures, the velocity that they have in a sub-step.
+    fn lead(&mut self, sub_step: SubStep) {
+        let (asked, dt) = (self.settings.time_step.asked(self.around.dt), sub_step.dt);
+        let mut has_changed = self.state.aim_pins(&self.model.share, asked, dt / asked);
+        let corners = self.model.figures.iter().flat_map(|figure| figure.at(sub_step.end));
+        has_changed |= self.state.lead(corners, dt);
+        if has_changed {
+            self.memory.forget();
+        }
+    }
+
     /// Computes where a sub-step leads, and judges it; what energy it may have, where that is judged.
     fn go(&mut self, sub_step: SubStep, watch: &mut dyn Stopwatch) -> Result<Option<Allowance>, StepFailure> {
         self.refresh(sub_step);
-        let (asked, dt) = (self.settings.time_step.asked(self.around.dt), sub_step.dt);
-        if self.state.aim_pins(&self.model.share, asked, dt / asked) {
-            self.memory.forget();
-        }
+        let dt = sub_step.dt;
+        self.lead(sub_step);
         self.evaluate(watch);
         if self.settings.integrator.is_implicit() && !self.settings.solves_from_state() {
             self.memory.evaluated.freeze_air(self.model, self.state);
@@ -233,9 +242,22 @@ impl<R: Real> Stepping<'_, R> {
     fn step<'b>(&'b mut self, watch: &'b mut dyn Stopwatch) -> Step<'b, R> {
         let (model, state) = (self.model, &*self.state);
         let StepMemory { turns, evaluated, solver, vectors, contact, attempt } = &mut *self.memory;
-        let Attempt { start, common, of_parts, .. } = attempt;
+        let Attempt { start, common, of_parts, contacts, .. } = attempt;
         let (start, next) = (&start.total, &mut turns.next);
-        Step { model, state, start, next, evaluated, solver, vectors, contact, common, of_parts, watch }
+        Step {
+            model,
+            state,
+            start,
+            next,
+            evaluated,
+            solver,
+            vectors,
+            contact,
+            contacts,
+            common,
+            of_parts,
+            watch,
+        }
     }
 
     /// What the sub-step that is tried found, to judge it by.

@@ -143,6 +143,18 @@ impl<R: Real> Grid<R> {
         }
     }
 
+    /// The same blocks, linked alike, with nothing on them.
+    pub(crate) fn bare(&self) -> Self {
+        Self {
+            blocks: self.blocks.clone(),
+            node_blocks: self.node_blocks.clone(),
+            in_front: self.in_front.clone(),
+            behind: self.behind.clone(),
+            own_nodes: self.own_nodes.clone(),
+            ..Self::default()
+        }
+    }
+
     /// Room for more blocks than there are, so that a moving front seldom allocates.
     pub(crate) fn reserve(&mut self, blocks: usize) {
         self.blocks.reserve(blocks);

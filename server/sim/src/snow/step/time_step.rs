@@ -70,7 +70,7 @@ impl<'a> Division<'a> {
         let limit = model.settings.max_substeps;
         if f64::from(self.substeps) + TimeStep::divide(self.left, allowed) > f64::from(limit) {
             let particle = culprits(model, state, work).of(kind).unwrap_or_default();
-            return Err(StepFailure::Substeps { particle, dt: allowed, limit, bound: kind });
+            return Err(StepFailure::Substeps { particle, dt: allowed, limit, bound: kind, law: None });
         }
 
         self.steps = TimeStep::divide(self.left, held);

@@ -19,7 +19,7 @@ pub use weights::weights;
 
 pub(super) use context::StepContext;
 pub(super) use grid_to_particles::Arrival;
-pub(super) use grid_update::{GridDiagnostics, fastest_node, update_grid};
+pub(super) use grid_update::{GridDiagnostics, fastest_node, sum_tiles, update_grid};
 pub(super) use implicit_solve::{ImplicitWorkspace, solve_velocities};
 pub(super) use particle_update::{Deformation, TOGETHER, Update, update_particles};
 pub(super) use particles_to_grid::particles_to_grid;

@@ -238,11 +238,11 @@ impl<R: Real> StepMatrix<'_, R> {
             }
         }
         let h = R::of(self.numbers.scheme.h);
-        let drag = h * self.numbers.drag;
         let first = layout.aggregate(rows.start) / layout.per_block() * layout.per_block();
         for row in rows {
-            let (mass, f) = ((self.model.m[row] + drag).to_f64(), layout.at(row));
-            let air = self.numbers.external.air_of(row).map(|air| air.map(|entry| (entry * h).to_f64()));
+            let external = &self.numbers.external;
+            let (mass, f) = (external.mass(self.model.m[row], h).to_f64(), layout.at(row));
+            let air = external.air_of(row).map(|air| air.map(|entry| (entry * h).to_f64()));
             for m in 0..3 {
                 for q in m..3 {
                     for axis in 0..3 {

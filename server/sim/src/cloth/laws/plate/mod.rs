@@ -11,7 +11,10 @@ mod patch;
 mod envelope;
 mod factor;
 
-use super::element::{ElementLaw, Evaluated, Found};
+use super::{
+    element::{ElementLaw, Evaluated, Found, Treatment},
+    threads::Threads,
+};
 use crate::{
     interrupt,
     math::{Pack, array::dot},
@@ -25,7 +28,7 @@ use six_points::{SixPoints, six_points};
 pub(crate) struct Plate;
 
 impl ElementLaw<6, 15, 0> for Plate {
-    fn elements(mesh: &TriangleMesh) -> Found<6, 15> {
+    fn elements(mesh: &TriangleMesh, _: &Threads) -> Found<6, 15> {
         let around = mesh.surrounded();
         let mut bending = factor(&mesh.points, &around);
         let mut found = Found::default();
@@ -45,11 +48,11 @@ impl ElementLaw<6, 15, 0> for Plate {
     }
 
     #[inline(always)]
-    fn evaluate<P: Pack>(rest: [P; 15], x: [[P; 3]; 6]) -> Evaluated<P, 6, 0> {
+    fn evaluate<P: Pack>(rest: [P; 15], x: [[P; 3]; 6], _: Treatment<P>) -> Evaluated<P, 6, 0> {
         let sums = sums(rest, x);
         let [a, b, c] = [P::widen3(sums[0]), P::widen3(sums[1]), P::widen3(sums[2])];
         let energy = P::Wide::of(0.5) * (dot(a, a) + dot(b, b) + dot(c, c));
-        Evaluated { energy, gradient: spread(rest, sums), frozen: [] }
+        Evaluated { energy, gradient: spread(rest, sums), frozen: [], stretch: P::zero() }
     }
 
     #[inline(always)]

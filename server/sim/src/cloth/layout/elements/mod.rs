@@ -1,43 +1,25 @@
 //! Elements of three to six particles: what they add to the rows of a block, and what is frozen of them.
 
+mod numbers;
+mod evaluate;
 mod project;
 mod parts;
 mod shares;
+
+pub(crate) use numbers::{BlockOfRows, ElementFigures, ElementNumbers};
 
 use std::ops::Range;
 
 use super::{halo::behind, lists::Lists, scratch::BlockScratch};
 use crate::{
     cloth::{
-        laws::{ElementKind, ElementLaw, Evaluated, Plate, QuadraticBending, with_element_laws},
+        laws::{ElementKind, ElementLaw, Membrane, Plate, QuadraticBending, with_element_laws},
         network::ElementList,
         settings::{Aim, RightHandSide},
     },
     linalg::{CoarseLayout, NineByNine, TakeParts},
-    math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, array::dot, three},
+    math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, three},
 };
-
-/// What the stiffness and the damping of a list of elements multiply in a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ElementNumbers<R> {
-    /// Of W in the energy: k.
-    pub(crate) energy: f64,
-    /// Of dW/dx in the row: explicit k, implicit h k.
-    pub(crate) gradient: R,
-    /// Of H v in the row: explicit nu, of an iterate h nu.
-    pub(crate) velocity: R,
-    /// Of H in the matrix, and of H v in the row of a step from the state: h nu + h² k.
-    pub(crate) matrix: R,
-}
-
-/// A block: its number, how many rows it has, the group that is asked for if not all are, and what its elements read.
-#[derive(Clone, Copy)]
-pub(crate) struct BlockOfRows<'a, R> {
-    pub(crate) block: usize,
-    pub(crate) rows: usize,
-    pub(crate) group: Option<usize>,
-    pub(crate) fields: [&'a [Padded<R>]; 2],
-}
 
 /// Elements of `N` particles, in packs of sixteen, with `C` numbers each.
 #[derive(Clone, Debug)]
@@ -71,66 +53,6 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
             rest[c] = P::load(&self.rest[pack][c]);
         }
         (rest, x, y)
-    }
-
-    /// Adds gradients, tangents and diagonal blocks of a block's elements to the sums of its rows; freezes tangents.
-    /// Returns of the elements whose first particle is the block's the energy (J), and h F.v (J) of a step from the state;
-    /// of an iterate the potential of damping (J), h nu v.H v / 2.
-    #[inline(always)]
-    fn evaluate<L: ElementLaw<N, C, F>, P: Pack<Number = R>, const F: usize, A: Aim>(
-        &self,
-        at: BlockOfRows<'_, R>,
-        numbers: &ElementNumbers<R>,
-        side: RightHandSide,
-        frozen: &mut [[R; LANES]],
-        scratch: &mut BlockScratch<R>,
-    ) -> [f64; 2] {
-        let is_step = side != RightHandSide::Forces;
-        let of_velocity = if is_step { numbers.matrix } else { numbers.velocity };
-        assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
-        let (first, mut energy, mut power) = (self.lists.packs(at.block).start, 0.0, 0.0);
-        for (halo, packs) in self.lists.halos.parts(at.block) {
-            halo.copy(behind(&mut scratch.records, self.lists.block_size), at.fields);
-            for pack in packs.filter(|&pack| at.group.is_none_or(|group| self.lists.touches(pack, group))) {
-                let (rest, x, v) = self.gather::<P>(pack, &scratch.records);
-                let Evaluated { energy: of_lanes, gradient, frozen: tangent } = L::evaluate(rest, x);
-                let push = L::product(rest, tangent, v);
-                let mut rate = P::Wide::zero();
-                for corner in 0..N {
-                    let along = if is_step { gradient[corner] } else { push[corner] };
-                    rate += dot(along, v[corner]).widen();
-                }
-                let (of_lanes, rates) = (of_lanes.store(), rate.store());
-                for (lane, name) in self.lists.names(pack, 0).iter().enumerate() {
-                    if usize::from(*name) < at.rows {
-                        energy += of_lanes[lane];
-                        power -= rates[lane];
-                    }
-                }
-                for corner in 0..N {
-                    let (of_x, of_v) = (gradient[corner], push[corner]);
-                    let row = three!(|c| P::zero() - (of_x[c] * numbers.gradient + of_v[c] * of_velocity));
-                    scratch.corners.add(self.lists.names(pack, corner), row);
-                }
-                if A::HAS_MATRIX {
-                    let blocks = L::diagonal(rest, tangent);
-                    for corner in 0..N {
-                        let mut scaled = [P::Wide::zero(); 6];
-                        for c in 0..6 {
-                            scaled[c] = blocks[corner][c].widen() * numbers.matrix.to_f64();
-                        }
-                        scratch.corners.add_blocks(self.lists.names(pack, corner), scaled);
-                    }
-                }
-                if A::FREEZES {
-                    for f in 0..F {
-                        frozen[(pack - first) * F + f] = tangent[f].store();
-                    }
-                }
-            }
-        }
-        let scale = if is_step { numbers.gradient.to_f64() } else { -0.5 * numbers.velocity.to_f64() };
-        [energy * numbers.energy, power * scale]
     }
 
     /// Adds H w of a block's elements, times what stands before H in the matrix.
@@ -203,6 +125,13 @@ macro_rules! lists {
                 }
             }
 
+            /// Which law they follow.
+            pub(crate) const fn kind(&self) -> ElementKind {
+                match self {
+                    $(Self::$law(_) => ElementKind::$law,)+
+                }
+            }
+
             /// Records that a block copies, at most.
             pub(crate) fn room(&self) -> usize {
                 match self {
@@ -227,20 +156,52 @@ macro_rules! lists {
                 }
             }
 
-            /// Adds to the sums of a block's rows and freezes tangents; returns energy and power: see [`Packs::evaluate`].
+            /// Adds to the sums of a block's rows and freezes tangents: see [`Packs::evaluate`].
             #[inline(always)]
             pub(crate) fn evaluate<P: Pack<Number = R>, A: Aim>(
                 &self,
                 at: BlockOfRows<'_, R>,
                 numbers: &ElementNumbers<R>,
-                side: RightHandSide,
+                side: (RightHandSide, R),
                 frozen: &mut [[R; LANES]],
                 scratch: &mut BlockScratch<R>,
-            ) -> [f64; 2] {
+            ) -> ElementFigures {
                 match self {
                     $(Self::$law(packs) => {
                         packs.evaluate::<$law, P, $f, A>(at, numbers, side, frozen, scratch)
                     })+
+                }
+            }
+
+            /// Freezes the tangents of a block alone: see [`Packs::freeze`].
+            #[inline(always)]
+            pub(crate) fn freeze<P: Pack<Number = R>>(
+                &self,
+                at: BlockOfRows<'_, R>,
+                numbers: &ElementNumbers<R>,
+                mirror: R,
+                frozen: &mut [[R; LANES]],
+                scratch: &mut BlockScratch<R>,
+            ) {
+                match self {
+                    $(Self::$law(packs) => {
+                        packs.freeze::<$law, P, $f>(at, numbers, mirror, frozen, scratch);
+                    })+
+                }
+            }
+
+            /// The sum of about how long the sides of elements are at rest (m), and how many were counted: see
+            /// [`Packs::sizes`].
+            pub(crate) fn sizes(&self) -> [f64; 2] {
+                match self {
+                    $(Self::$law(packs) => packs.sizes::<$law, $f>(),)+
+                }
+            }
+
+            /// Tells of the stretch of elements: see [`Packs::tell_stretch`].
+            pub(crate) fn tell_stretch(&self, x: &[Padded<R>], tell: &mut dyn FnMut([usize; 2], f64)) {
+                match self {
+                    $(Self::$law(packs) => packs.tell_stretch::<$law, $f>(x, tell),)+
                 }
             }
 

@@ -1,9 +1,9 @@
 //! A law that freezes numbers, against a sum over its elements one by one.
 
-use super::{BlockOfRows, ElementNumbers, Packs};
+use super::{BlockOfRows, ElementFigures, ElementNumbers, Packs};
 use crate::{
     cloth::{
-        laws::{ElementKind, ElementLaw, Evaluated, Found},
+        laws::{ElementKind, ElementLaw, Evaluated, Found, Threads, Treatment},
         layout::scratch::{BlockScratch, Scratches},
         network::{ElementList, SpringLaw},
         settings::{Implicit, RightHandSide},
@@ -16,11 +16,11 @@ use crate::{
 struct Link;
 
 impl ElementLaw<2, 1, 3> for Link {
-    fn elements(_: &TriangleMesh) -> Found<2, 1> {
+    fn elements(_: &TriangleMesh, _: &Threads) -> Found<2, 1> {
         Found::default()
     }
 
-    fn evaluate<P: Pack>([rest]: [P; 1], [a, b]: [[P; 3]; 2]) -> Evaluated<P, 2, 3> {
+    fn evaluate<P: Pack>([rest]: [P; 1], [a, b]: [[P; 3]; 2], _: Treatment<P>) -> Evaluated<P, 2, 3> {
         let d = three!(|c| a[c] - b[c]);
         let length = dot(d, d).sqrt();
         let u = three!(|c| d[c] / length);
@@ -30,6 +30,7 @@ impl ElementLaw<2, 1, 3> for Link {
             energy,
             gradient: [three!(|c| u[c] * pull), three!(|c| P::zero() - u[c] * pull)],
             frozen: u,
+            stretch: length / rest,
         }
     }
 
@@ -80,6 +81,7 @@ fn packs() -> Packs<f64, 2, 1> {
         rest: vec![0.3; pairs.len()],
         particles: pairs.into_flattened(),
         bending: None,
+        threads: Threads::default(),
     };
     let place: Vec<u32> = (0..COUNT as u32).collect();
     Packs::new(&list, BLOCK_SIZE, &place)
@@ -98,10 +100,19 @@ fn with_own(scratch: &mut BlockScratch<f64>, at: &BlockOfRows<'_, f64>) {
 #[test]
 fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
     let (packs, [x, v]) = (packs(), fields());
-    let numbers = ElementNumbers { energy: 2.0, gradient: 3.0, velocity: 5.0, matrix: 7.0 };
+    let numbers = ElementNumbers {
+        energy: 2.0,
+        gradient: 3.0,
+        velocity: 5.0,
+        matrix: 7.0,
+        elastic: 0.5,
+        bounded: [3.0, 0.0],
+        is_turning: true,
+    };
     let mut scratches = Scratches::default();
     scratches.size_for(1, [BLOCK_SIZE, BLOCK_SIZE, 0], packs.lists.room());
-    let (mut frozen, mut sums) = (vec![[0.0; LANES]; 3 * packs.lists.particles.len()], [0.0; 2]);
+    let (mut frozen, mut sums) =
+        (vec![[0.0; LANES]; 3 * packs.lists.particles.len()], ElementFigures::default());
     let (mut rows, mut products) = (Vec::new(), Vec::new());
 
     for block in 0..COUNT.div_ceil(BLOCK_SIZE) {
@@ -111,14 +122,13 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         with_own(scratch, &at);
         let range = packs.lists.packs(block);
         let own = &mut frozen[3 * range.start..3 * range.end];
-        let [energy, power] = packs.evaluate::<Link, Portable<f64>, 3, Implicit>(
+        sums = sums.and(packs.evaluate::<Link, Portable<f64>, 3, Implicit>(
             at,
             &numbers,
-            RightHandSide::Step,
+            (RightHandSide::Step, 1.0),
             own,
             scratch,
-        );
-        sums = [sums[0] + energy, sums[1] + power];
+        ));
         let row = |scratch: &BlockScratch<f64>, row: usize| {
             Vec3::from(scratch.corners.sixteen::<Portable<f64>>(row / LANES).map(|c| c.store()[row % LANES]))
         };
@@ -128,20 +138,21 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         products.extend((0..rows_of_block).map(|i| row(scratch, i)));
     }
 
-    let mut expected = ([0.0; 2], vec![Vec3::zeros(); x.len()], vec![Vec3::zeros(); x.len()]);
+    let mut expected = ([0.0; 3], vec![Vec3::zeros(); x.len()], vec![Vec3::zeros(); x.len()]);
     for [a, b] in pairs() {
         let (a, b) = (a as usize, b as usize);
         let d = x[a].vector() - x[b].vector();
         let (u, pull) = (d.normalize(), d.norm() - 0.3);
         let push = u * u.dot(&(v[a].vector() - v[b].vector()));
         let approach = u.dot(&(v[a].vector() - v[b].vector()));
-        expected.0 = [expected.0[0] + pull * pull, expected.0[1] - 3.0 * pull * approach];
+        let [energy, power, stretch] = expected.0;
+        expected.0 = [energy + pull * pull, power - 3.0 * pull * approach, f64::max(stretch, d.norm() / 0.3)];
         for (particle, sign) in [(a, 1.0), (b, -1.0)] {
             expected.1[particle] -= (u * pull * 3.0 + push * 7.0) * sign;
             expected.2[particle] += push * 7.0 * sign;
         }
     }
-    for (found, expected) in sums.iter().zip(expected.0) {
+    for (found, expected) in [sums.energy, sums.power, sums.stretch].into_iter().zip(expected.0) {
         assert!((found - expected).abs() < 1e-12 * expected.abs(), "{found}, {expected}");
     }
     for i in 0..COUNT {

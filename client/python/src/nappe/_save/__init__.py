@@ -1,0 +1,1 @@
+"""Frames that are kept: trajectories, and the files that they are saved as."""
