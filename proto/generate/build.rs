@@ -33,7 +33,7 @@ const JSON_MESSAGES: [&str; 18] = [
 ];
 
 /// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.
-const JSON_FIELDS: [(&str, &str); 17] = [
+const JSON_FIELDS: [(&str, &str); 18] = [
     ("Session.state", "session_state"),
     ("Session.precision", "precision"),
     ("Session.state_hash", "state_hash"),
@@ -47,6 +47,7 @@ const JSON_FIELDS: [(&str, &str); 17] = [
     ("Diagnostics.momentum", "vector"),
     ("ColliderLoad.force", "vector"),
     ("ColliderLoad.torque", "vector"),
+    ("RestReport.wake_cause", "wake_cause"),
     ("ClothSteps.bound", "time_bound"),
     ("SnowDiagnostics.bound", "time_bound"),
     ("SnowDiagnostics.angular_momentum", "vector"),

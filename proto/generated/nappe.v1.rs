@@ -314,7 +314,8 @@ pub struct Carried {
     #[prost(double, repeated, tag = "1")]
     pub numbers: ::prost::alloc::vec::Vec<f64>,
     /// What steps depend on, too, and no number says: `calls` (gravity, wind, parameters, forces, pulls or ways that calls have changed), `past`
-    /// (the step before, of integrators that know of it), `warm_start`, `patches`, `pins`.
+    /// (the step before, of integrators that know of it), `warm_start`, `patches`, `pins`,
+    /// `rest`.
     #[prost(string, repeated, tag = "2")]
     pub missing: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
@@ -448,7 +449,7 @@ pub struct Diagnostics {
     #[prost(message, optional, tag = "19")]
     pub rest: ::core::option::Option<RestReport>,
 }
-/// How still cloth lies, watched over windows of eight steps of the scene. No step depends on it. A piece is what springs and
+/// How still cloth lies, watched over windows of eight steps of the scene, and what of it sleeps. A piece is what springs and
 /// elements hold together; a particle without them is one by itself.
 #[derive(serde::Serialize)]
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
@@ -469,6 +470,25 @@ pub struct RestReport {
     /// the first window has ended.
     #[prost(double, tag = "5")]
     pub change_m: f64,
+    /// Share of the particles that are awake, from 0 to 1. What sleeps is stepped seldom.
+    #[prost(double, tag = "6")]
+    pub awake_share: f64,
+    /// Pieces that sleep.
+    #[prost(uint64, tag = "7")]
+    pub pieces_asleep: u64,
+    /// An estimate of how far off positions are since cloth slept (m), of the body that is off most.
+    #[prost(double, tag = "8")]
+    pub told_m: f64,
+    /// Long steps that bodies have taken since their beginning.
+    #[prost(uint64, tag = "9")]
+    pub long_steps: u64,
+    /// How often bodies were woken since their beginning.
+    #[prost(uint64, tag = "10")]
+    pub wakes: u64,
+    /// Why the one that woke last did. Absent where none has.
+    #[prost(enumeration = "WakeCause", optional, tag = "11")]
+    #[serde(serialize_with = "crate::json::wake_cause")]
+    pub wake_cause: ::core::option::Option<i32>,
 }
 /// What kept surfaces of cloth apart in one step of the scene.
 #[derive(serde::Serialize)]
@@ -493,6 +513,15 @@ pub struct SurfaceReport {
     /// the scene does not ask for the count.
     #[prost(uint64, optional, tag = "6")]
     pub crossings: ::core::option::Option<u64>,
+    /// How far the corner of a figure that is farthest from its frame is off it, at the end of the step (m). 0 without figures.
+    #[prost(double, tag = "7")]
+    pub yield_m: f64,
+    /// Corners of figures that are more than 1 mm off their frames, at the end of the step.
+    #[prost(uint64, tag = "8")]
+    pub yielding: u64,
+    /// The largest force with which a pair pushed in the last solve of a sub-step, over all sub-steps (N). 0 where none pushed.
+    #[prost(double, tag = "9")]
+    pub largest_push_n: f64,
 }
 /// What a collider felt in a step: minus the impulses that contact gave to cloth and snow, over the length of the step.
 #[derive(serde::Serialize)]
@@ -516,7 +545,7 @@ pub struct ColliderLoad {
 }
 /// How often something happened that does not fail a step, but makes its result doubtful.
 #[derive(serde::Serialize)]
-#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct Notices {
     /// Solves of cloth that ended at their largest number of iterations above their tolerance. A scene that fixes the
     /// number of iterations has none.
@@ -535,6 +564,19 @@ pub struct Notices {
     /// 1e-9 m, each once per sub-step in which it was: surfaces that meet there leave no place for the margin.
     #[prost(uint64, tag = "5")]
     pub pinched_particles: u64,
+    /// Corners of figures that cloth holds more than 1 mm off their frames, each once per sub-step at the end of which it was.
+    #[prost(uint64, tag = "6")]
+    pub yielding_corners: u64,
+    /// Particles of objects of snow without plasticity that are stretched farther than the cells of the grid can bear, each once
+    /// per step of the scene at whose end it is: no law of theirs lets them break, and they tear.
+    #[prost(uint64, tag = "7")]
+    pub torn_particles: u64,
+    /// The first of them, over all particles. Absent if there is none.
+    #[prost(uint64, optional, tag = "8")]
+    pub first_torn_particle: ::core::option::Option<u64>,
+    /// When it was first torn: simulated time at the end of that step (s). Absent if there is none.
+    #[prost(double, optional, tag = "9")]
+    pub first_torn_seconds: ::core::option::Option<f64>,
 }
 /// How one step of the scene was divided into sub-steps, which all cloths share.
 #[derive(serde::Serialize)]
@@ -636,6 +678,9 @@ pub struct SnowDiagnostics {
     /// Blocks of 4 x 4 x 4 nodes in use.
     #[prost(uint64, tag = "17")]
     pub block_count: u64,
+    /// Particles that are stretched farther than the cells of the grid can bear, also of objects that may break.
+    #[prost(uint64, tag = "18")]
+    pub torn_count: u64,
 }
 #[derive(serde::Serialize)]
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
@@ -807,6 +852,59 @@ impl Axis {
             "AXIS_X" => Some(Self::X),
             "AXIS_Y" => Some(Self::Y),
             "AXIS_Z" => Some(Self::Z),
+            _ => None,
+        }
+    }
+}
+/// Why a body that slept is awake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum WakeCause {
+    /// What proto3 reads where the value is missing; the server always sets one of those below.
+    Unspecified = 0,
+    /// A call changed it, or gravity, the wind, drag or air.
+    Call = 1,
+    /// A force began or ended to act on it, or it is pulled.
+    Force = 2,
+    /// The wind that it feels changed.
+    Wind = 3,
+    /// One of its pins is on its way.
+    Pin = 4,
+    /// A collider that moves came within reach of it.
+    Collider = 5,
+    /// A long step found that it moves.
+    Motion = 6,
+    /// What is told of its error came above that of the scene: it stays awake.
+    Error = 7,
+}
+impl WakeCause {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "WAKE_CAUSE_UNSPECIFIED",
+            Self::Call => "WAKE_CAUSE_CALL",
+            Self::Force => "WAKE_CAUSE_FORCE",
+            Self::Wind => "WAKE_CAUSE_WIND",
+            Self::Pin => "WAKE_CAUSE_PIN",
+            Self::Collider => "WAKE_CAUSE_COLLIDER",
+            Self::Motion => "WAKE_CAUSE_MOTION",
+            Self::Error => "WAKE_CAUSE_ERROR",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "WAKE_CAUSE_UNSPECIFIED" => Some(Self::Unspecified),
+            "WAKE_CAUSE_CALL" => Some(Self::Call),
+            "WAKE_CAUSE_FORCE" => Some(Self::Force),
+            "WAKE_CAUSE_WIND" => Some(Self::Wind),
+            "WAKE_CAUSE_PIN" => Some(Self::Pin),
+            "WAKE_CAUSE_COLLIDER" => Some(Self::Collider),
+            "WAKE_CAUSE_MOTION" => Some(Self::Motion),
+            "WAKE_CAUSE_ERROR" => Some(Self::Error),
             _ => None,
         }
     }

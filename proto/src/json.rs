@@ -10,32 +10,29 @@ use serde::{Serialize as _, Serializer};
 
 use crate::v1::{
     ForceUpdate, Precision, Quaternion, SessionState, SolveOutcome, SolveReport, SpringKind, TimeBound,
-    Vector3,
+    Vector3, WakeCause,
 };
 
-/// What a session is doing, as a word.
-pub(crate) fn session_state<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&SessionState::try_from(*value).unwrap_or_default().word())
+/// Makes functions that write the number of a value of an enum as its word.
+macro_rules! words {
+    ($($name:ident: $kind:ident,)+) => {
+        $(pub(crate) fn $name<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
+            serializer.serialize_str(&$kind::try_from(*value).unwrap_or_default().word())
+        })+
+    };
 }
 
-/// A precision, as a word.
-pub(crate) fn precision<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&Precision::try_from(*value).unwrap_or_default().word())
+words! {
+    session_state: SessionState,
+    precision: Precision,
+    spring_kind: SpringKind,
+    time_bound: TimeBound,
+    solve_outcome: SolveOutcome,
 }
 
-/// A kind of springs, as a word.
-pub(crate) fn spring_kind<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&SpringKind::try_from(*value).unwrap_or_default().word())
-}
-
-/// A bound on the time step of snow, as a word.
-pub(crate) fn time_bound<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&TimeBound::try_from(*value).unwrap_or_default().word())
-}
-
-/// How the linear solver ended, as a word.
-pub(crate) fn solve_outcome<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&SolveOutcome::try_from(*value).unwrap_or_default().word())
+/// Why cloth woke, as a word; null where none has.
+pub(crate) fn wake_cause<S: Serializer>(value: &Option<i32>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(|cause| WakeCause::try_from(cause).unwrap_or_default().word()).serialize(serializer)
 }
 
 /// A hash of 64 bits as 16 hexadecimal digits: programs that read numbers as binary64 would lose its last bits.

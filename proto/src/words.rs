@@ -1,40 +1,32 @@
 //! Values of enums as words, for people and for JSON.
 
-use crate::v1::{Precision, SessionState, SolveOutcome, SpringKind, TimeBound};
+use crate::v1::{Precision, SessionState, SolveOutcome, SpringKind, TimeBound, WakeCause};
 
-impl SessionState {
+/// Gives values of enums their words.
+macro_rules! words {
+    ($($(#[$about:meta])* $kind:ident,)+) => {
+        $(impl $kind {
+            $(#[$about])*
+            pub fn word(self) -> String {
+                word(self.as_str_name(), Self::Unspecified.as_str_name())
+            }
+        })+
+    };
+}
+
+words! {
     /// `paused`, `playing`, `finished`, `failed`; `unknown` if unspecified.
-    pub fn word(self) -> String {
-        word(self.as_str_name(), Self::Unspecified.as_str_name())
-    }
-}
-
-impl Precision {
+    SessionState,
     /// `f32`, `f64`; `unknown` if unspecified.
-    pub fn word(self) -> String {
-        word(self.as_str_name(), Self::Unspecified.as_str_name())
-    }
-}
-
-impl SpringKind {
+    Precision,
     /// `stretch`, `shear`, `bend`; `unknown` if unspecified.
-    pub fn word(self) -> String {
-        word(self.as_str_name(), Self::Unspecified.as_str_name())
-    }
-}
-
-impl TimeBound {
+    SpringKind,
     /// `elastic_wave`, `particle_speed` and so on; `unknown` if unspecified, or of a newer server.
-    pub fn word(self) -> String {
-        word(self.as_str_name(), Self::Unspecified.as_str_name())
-    }
-}
-
-impl SolveOutcome {
+    TimeBound,
+    /// `call`, `collider` and so on; `unknown` if unspecified, or of a newer server.
+    WakeCause,
     /// `converged`, `iteration_cap` and so on; `unknown` if unspecified, or of a newer server.
-    pub fn word(self) -> String {
-        word(self.as_str_name(), Self::Unspecified.as_str_name())
-    }
+    SolveOutcome,
 }
 
 /// A value's name in lower case, without the prefix that all names of its enum share with the one of value 0.
@@ -55,6 +47,7 @@ mod tests {
         assert_eq!(SessionState::Paused.word(), "paused");
         assert_eq!(Precision::F64.word(), "f64");
         assert_eq!(TimeBound::ElasticWave.word(), "elastic_wave");
+        assert_eq!(WakeCause::Collider.word(), "collider");
         assert_eq!(SolveOutcome::IterationCap.word(), "iteration_cap");
         assert_eq!(SessionState::Unspecified.word(), "unknown");
     }

@@ -167,6 +167,53 @@ async fn a_session_that_played_plays_on_and_no_frame_number_goes_back() {
 }
 
 #[tokio::test]
+async fn calls_that_come_while_steps_are_done_again_follow_all_that_somebody_knows_of() {
+    /// The last frame is of the step before.
+    const STEPS: u64 = 301;
+    let (folder, mut reference) = (folder("again"), Server::start(None, &["--no-token"]).await);
+    let options = ["--no-token", "--checkpoint-seconds", "3600"];
+    let mut server = Server::start(Some(&folder), &options).await;
+    let gravity = |id: &str, y: f64| v1::UpdateParametersRequest {
+        gravity: Some([0.0, y, 0.0].into()),
+        ..v1::UpdateParametersRequest::of(id)
+    };
+    for server in [&mut server, &mut reference] {
+        for id in ["changed", "copied", "stopped"] {
+            server.create(id, v1::Precision::F32).await;
+            server.step(id, 7).await;
+            server.client.update_parameters(gravity(id, -2.0)).await.expect("accepted");
+            server.step(id, STEPS - 7).await;
+        }
+    }
+    server.kill();
+
+    // Nobody waits until all is as it was.
+    let mut server = Server::start(Some(&folder), &options).await;
+    let mut hashes = Vec::new();
+    for server in [&mut server, &mut reference] {
+        assert!(server.pending("changed").await.is_empty(), "the change was made");
+        let request = v1::DropPendingChangesRequest::of("changed");
+        let dropped = server.client.drop_pending_changes(request).await.expect("an answer").into_inner();
+        assert_eq!(dropped.dropped_count, 0);
+        let changed = server.client.update_parameters(gravity("changed", -5.0)).await;
+        assert_eq!(changed.expect("accepted").into_inner().effective_step, STEPS);
+        let stop = in_time(server.client.stop_session(v1::StopSessionRequest::of("stopped"))).await;
+        let stopped = stop.expect("stopped").into_inner().session.expect("the answer has the session");
+        let fork =
+            v1::ForkSessionRequest { new_session_id: "copy".into(), ..v1::ForkSessionRequest::of("copied") };
+        let fork = in_time(server.client.fork_session(fork)).await.expect("forked");
+        let copy = fork.into_inner().session.expect("the answer has the session");
+        assert_eq!([stopped.step, copy.step], [STEPS; 2]);
+        let changed = server.step("changed", 20).await;
+        assert_eq!(changed.step, STEPS + 20);
+        hashes.push([stopped, copy, changed].map(|session| (session.frame, session.state_hash)));
+    }
+    assert_eq!(hashes[0], hashes[1]);
+    drop(server);
+    fs::remove_dir_all(folder).expect("removed");
+}
+
+#[tokio::test]
 async fn a_program_that_is_told_to_end_leaves_a_state_of_the_last_step() {
     let folder = folder("told");
     let options = ["--no-token", "--checkpoint-seconds", "3600"];

@@ -11,11 +11,11 @@ use nappe_sim::{
     math::Precision,
     mesh::TriangleMesh,
     report::NoStopwatch,
-    world::Simulation,
+    world::{Simulation, WorldSetup},
 };
 use nappe_tests::{
     Method, Scene,
-    meshes::{TRAY_HALF, tray},
+    meshes::{TRAY_HALF, box12, tray},
     networks::{sheet, sheet_rules},
     numbering::Numbering,
     ranks::DIVIDES_FROM,
@@ -61,11 +61,27 @@ fn in_tray(method: Method, solver: SolverSettings) -> Scene {
     scene
 }
 
+/// The same sheet on its ball in wind that is another one in every step.
+fn in_gusts(method: Method, solver: SolverSettings, precision: Precision) -> Simulation {
+    let setup = WorldSetup {
+        wind_at: vec![(0.0, [0.0; 3]), (1.0, [0.5, 0.0, 1.0])],
+        ..scene(method, solver).setup()
+    };
+    Simulation::new(&setup, precision).expect("a fair scene").0
+}
+
 /// A pile of sheets that keep a thickness, watched for rest.
 fn pile(precision: Precision) -> Scene {
     let mut scene = piled([3, 10], 2e-3, &Case { precision, friction: 0.3, numbering: Numbering::AsBuilt });
     scene.settings.block_size = 64;
-    scene.settings.rest = Some(RestSettings { error: 1e-3, within: 1.0 });
+    scene.settings.rest = Some(RestSettings { error: 1e-3, within: 1.0, sleep: false });
+    scene
+}
+
+/// The same pile on a box of triangles.
+fn on_a_mesh(precision: Precision) -> Scene {
+    let mut scene = pile(precision);
+    scene.colliders = vec![box12([0.0, -0.05, 0.0], [0.3, 0.05, 0.3]).collider(0.3, 1e-3)];
     scene
 }
 
@@ -147,10 +163,14 @@ fn a_step_allocates_nothing_after_the_first_ones() {
             let made = pool.install(|| count(&mut simulation, 3));
             assert_eq!(made, 0, "in a tray of triangles, {precision}, {threads} threads");
 
+            pool.install(|| gusts_allocate_nothing(fixed, precision));
+
             // Room for pairs grows until the sheets lie on each other.
-            let mut simulation = pile(precision).simulate(precision);
-            let made = pool.install(|| count(&mut simulation, 100));
-            assert_eq!(made, 0, "sheets that lie on each other, {precision}, {threads} threads");
+            for (scene, place) in [(pile(precision), "a plane"), (on_a_mesh(precision), "a mesh")] {
+                let mut simulation = scene.simulate(precision);
+                let made = pool.install(|| count(&mut simulation, 100));
+                assert_eq!(made, 0, "sheets that lie on {place}, {precision}, {threads} threads");
+            }
         }
     }
 
@@ -177,6 +197,15 @@ fn a_step_allocates_nothing_after_the_first_ones() {
         }
     }
     snow_over_ranks_allocates_nothing();
+}
+
+/// Of a method that solves, and of one that has a bound.
+fn gusts_allocate_nothing(solver: SolverSettings, precision: Precision) {
+    for integrator in [Integrator::ImplicitEuler, Integrator::VelocityVerlet] {
+        let method = Method::new(integrator, Hessian::Absolute);
+        let made = count(&mut in_gusts(method, solver, precision), 3);
+        assert_eq!(made, 0, "{} in gusts, {precision}", method.name());
+    }
 }
 
 /// Of each transfer and kernel that ranks can step.

@@ -76,12 +76,11 @@ fn stems(folder: &str, extension: &str) -> Vec<String> {
     tree::paths().into_iter().filter_map(stem).filter(|stem| !stem.contains('/')).collect()
 }
 
-/// The names that a closed set of the numerics gives its variants: `Self::X => "name"`.
+/// The names that a closed set of the numerics gives its variants: `X: "name"` in `names!`.
 fn named_variants(code: &str) -> Vec<String> {
-    let name = |line: &str| {
-        Some(line.trim().strip_prefix("Self::")?.split_once(" => \"")?.1.split_once('"')?.0.to_owned())
-    };
-    code.lines().filter_map(name).collect()
+    let named = code.split_once("names!(").map_or("", |(_, rest)| rest);
+    let name = |line: &str| Some(line.split_once(": \"")?.1.strip_suffix("\",")?.to_owned());
+    named.lines().take_while(|line| *line != "});").filter_map(name).collect()
 }
 
 fn laws() -> String {

@@ -50,13 +50,18 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 44] = [
+const SAID: [(&str, &str); 46] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
     ("LICENSE-MIT", "The text of MIT"),
     ("README.md", "What nappe is, a picture, two commands"),
     ("client/README.md", "The library, the command, examples"),
+    ("client/cli/tests/", "The command from outside, and the files that it writes of two frames"),
+    (
+        "client/cli/tests/golden/",
+        "What each writer makes of the same two frames, for readers in any language",
+    ),
     ("client/examples/", "Programs that use a server, in Rust and in Python"),
     (
         "client/python/",
@@ -116,8 +121,14 @@ const SAID: [(&str, &str); 44] = [
 ];
 
 /// Folders of files of one kind, which take one line.
-const ONE_LINE: [&str; 5] =
-    ["client/typescript/", "proto/generated/", "proto/tests/packed/", "server/scenes/", "viewer/web/"];
+const ONE_LINE: [&str; 6] = [
+    "client/cli/tests/golden/",
+    "client/typescript/",
+    "proto/generated/",
+    "proto/tests/packed/",
+    "server/scenes/",
+    "viewer/web/",
+];
 
 /// What the tree is drawn from.
 struct Repository {

@@ -62,11 +62,10 @@ fn disc(rings: usize) -> TriangleMesh {
     TriangleMesh { points, triangles, ..TriangleMesh::default() }
 }
 
-/// The disc of a fabric, cut with its warp at an angle from the first axis of its mesh (degrees), and held where it lies.
-fn cut(fabric: &Fabric, degrees: f64, rings: usize) -> Network {
-    let mesh = disc(rings);
+/// The cloth of a fabric as a flat mesh, with its warp at an angle from the first axis (degrees); unpinned.
+pub(crate) fn cloth(fabric: &Fabric, degrees: f64, mesh: &TriangleMesh) -> Network {
     let none = SpringRules { stretch: SpringLaw { stiffness: 0.0, damping: 0.0 }, shear: None, bend: None };
-    let mut network = Network::from_mesh(&mesh, &none, 0.0);
+    let mut network = Network::from_mesh(mesh, &none, 0.0);
     network.springs.clear();
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|corner| mesh.points[corner as usize]);
@@ -86,10 +85,15 @@ fn cut(fabric: &Fabric, degrees: f64, rings: usize) -> Network {
     let of_threads = SpringLaw { stiffness: greatest, damping: 1e-3 * damping * greatest };
     let of_bending = SpringLaw { stiffness: bending, damping: damping * bending };
     network.elements = vec![
-        ElementList::membrane(of_threads, threads, &mesh).expect("a warp within the plane"),
-        ElementList::new(ElementKind::Plate, of_bending, &mesh),
+        ElementList::membrane(of_threads, threads, mesh).expect("a warp within the plane"),
+        ElementList::new(ElementKind::Plate, of_bending, mesh),
     ];
+    network
+}
 
+/// The disc of a fabric, cut with its warp at an angle from the first axis of its mesh (degrees), and held where it lies.
+fn cut(fabric: &Fabric, degrees: f64, rings: usize) -> Network {
+    let mut network = cloth(fabric, degrees, &disc(rings));
     for (i, x) in network.x.iter_mut().enumerate() {
         if length(*x) < SUPPORT * (1.0 + 1e-9) {
             network.pins.push(i as u32);
@@ -125,7 +129,7 @@ fn drape(fabric: &Fabric, degrees: f64, rings: usize) -> f64 {
 
     let x = positions(&simulation);
     let [inner, outer] = [SUPPORT, RADIUS].map(|radius| PI * radius * radius);
-    let coefficient = 100.0 * (seen(&x, &triangles) - inner) / (outer - inner);
+    let coefficient = 100.0 * (seen(&x, &triangles, 1.1 * RADIUS) - inner) / (outer - inner);
     let rim: Vec<f64> = x[x.len() - 6 * rings..].iter().map(|x| x[1]).collect();
     println!(
         "{} at {degrees} degrees, {rings} rings: {coefficient:.1} %, {} folds, {steps} steps",
@@ -135,11 +139,11 @@ fn drape(fabric: &Fabric, degrees: f64, rings: usize) -> f64 {
     coefficient
 }
 
-/// The area (m²) that triangles cover, seen from above.
-fn seen(x: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
-    let side = (2.2 * RADIUS / CELL) as usize;
-    let at = |cell: usize| (cell as f64 + 0.5) * CELL - 1.1 * RADIUS;
-    let first = |place: f64| (((place + 1.1 * RADIUS) / CELL - 0.5).ceil().max(0.0) as usize).min(side);
+/// The area (m²) that triangles cover, seen from above, within the square about the origin that reaches so far (m) along both axes.
+pub(crate) fn seen(x: &[[f64; 3]], triangles: &[[u32; 3]], reach: f64) -> f64 {
+    let side = (2.0 * reach / CELL) as usize;
+    let at = |cell: usize| (cell as f64 + 0.5) * CELL - reach;
+    let first = |place: f64| (((place + reach) / CELL - 0.5).ceil().max(0.0) as usize).min(side);
     let mut covered = vec![false; side * side];
     for triangle in triangles {
         let [a, b, c] = triangle.map(|corner| x[corner as usize]).map(|[x, _, z]| [x, z]);
@@ -162,7 +166,7 @@ fn seen(x: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
 }
 
 /// How often a rim rises by 2 mm and falls again, once around.
-fn folds(rim: &[f64]) -> usize {
+pub(crate) fn folds(rim: &[f64]) -> usize {
     const RISE: f64 = 2e-3;
     let lowest = (0..rim.len()).min_by(|i, j| rim[*i].total_cmp(&rim[*j])).unwrap_or_default();
     let (mut low, mut high, mut is_rising, mut count) = (f64::INFINITY, f64::NEG_INFINITY, false, 0);
@@ -222,7 +226,7 @@ fn a_flat_disc_covers_what_it_is_and_folds_are_counted_once_around() {
     let mesh = disc(30);
     // A polygon of 180 corners.
     let expected = 90.0 * RADIUS * RADIUS * (TAU / 180.0).sin();
-    let found = seen(&mesh.points, &mesh.triangles);
+    let found = seen(&mesh.points, &mesh.triangles, 1.1 * RADIUS);
     assert!((found / expected - 1.0).abs() < 1e-3, "{found} m², of {expected} m²");
     assert_eq!((mesh.points.len(), mesh.triangles.len()), (1 + 3 * 30 * 31, 6 * 30 * 30));
     let waves = |count: f64| -> Vec<f64> {

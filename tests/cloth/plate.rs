@@ -11,56 +11,17 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Method, Scene,
-    golden::{Row, table},
+    flat::{Diagonals, grid, irregular, noise},
+    golden::table,
     scene::{advance, positions, try_advance},
-    statics::equilibrium,
+    statics::END_SHEAR,
 };
+
+use crate::strips::{CELL, Strip, hung};
 
 const GRAVITY: f64 = 9.81;
 /// Bending stiffness (N m), without damping.
 const BENDING: SpringLaw = SpringLaw { stiffness: 0.02, damping: 0.0 };
-
-/// Which way the diagonals of a grid run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Diagonals {
-    OneWay,
-    OtherWay,
-    Alternating,
-    Random,
-}
-
-impl Diagonals {
-    fn is_first(self, column: usize, row: usize) -> bool {
-        match self {
-            Self::OneWay => true,
-            Self::OtherWay => false,
-            Self::Alternating => (column + row).is_multiple_of(2),
-            Self::Random => noise(32 * row + column) > 0.0,
-        }
-    }
-}
-
-/// Numbers of [-1, 1] that have no pattern, the same in every run.
-fn noise(i: usize) -> f64 {
-    let mut hash = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    hash = (hash ^ (hash >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    hash = (hash ^ (hash >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((hash ^ (hash >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-}
-
-/// A grid of cells in the plane y = 0.
-fn grid([columns, rows]: [usize; 2], spacing: f64, diagonals: Diagonals) -> TriangleMesh {
-    let mut mesh = TriangleMesh::grid(columns + 1, rows + 1, spacing);
-    for (cell, pair) in mesh.triangles.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-        let (column, row) = (cell % columns, cell / columns);
-        if !diagonals.is_first(column, row) {
-            let a = (row * (columns + 1) + column) as u32;
-            let [b, c, d] = [a + 1, a + columns as u32 + 1, a + columns as u32 + 2];
-            *pair = [[a, b, d], [a, d, c]];
-        }
-    }
-    mesh
-}
 
 /// Particles of a mesh with a law of elements and no springs, each of its third of the triangles around (kg, at 1 kg/m²).
 fn sheet(mesh: &TriangleMesh, kind: ElementKind, law: SpringLaw) -> Network {
@@ -142,107 +103,16 @@ fn a_square_plate_that_is_supported_has_its_deflection_on_every_mesh() {
         assert!(of_hinges < 0.8, "{diagonals:?}: {of_hinges} with hinges");
     }
 
-    let mut irregular = grid([cells; 2], spacing, Diagonals::Random);
-    for row in 1..cells {
-        for column in 1..cells {
-            let point = row * (cells + 1) + column;
-            if [row, column] != [cells / 2; 2] {
-                irregular.points[point][0] += 0.15 * spacing * noise(3 * point);
-                irregular.points[point][2] += 0.15 * spacing * noise(3 * point + 1);
-            }
-        }
-    }
+    let irregular = irregular([cells; 2], spacing, 0);
     let found = deflection(&irregular, cells, ElementKind::Plate, BENDING.stiffness);
     assert!((found - 1.0).abs() < 0.02, "irregular: {found}");
 }
 
-/// Spacing of a strip (m), which is one cell wide.
-const CELL: f64 = 0.01;
-
-/// A strip, clamped between its first two columns, by its cells, its diagonals, and what each particle weighs (N).
-struct Strip {
-    cells: usize,
-    diagonals: Diagonals,
-    weight: fn(usize, usize) -> f64,
-}
-
-impl Strip {
-    /// Length from the clamp, which holds the first half of a cell (m).
-    fn length(&self) -> f64 {
-        (self.cells as f64 - 0.5) * CELL
-    }
-
-    /// Where its tip rests, of this bending stiffness (N m): away from the clamp and below it, in its length. It starts as a strip
-    /// hangs under its own weight, of a row of the table, and settles in steps of `dt` (s).
-    fn tip(&self, stiffness: f64, start: &Row, dt: f64) -> [f64; 2] {
-        let mesh = grid([self.cells, 1], CELL, self.diagonals);
-        let stretch = SpringLaw { stiffness: 1e5, damping: 0.0 };
-        let mut network = Network::from_mesh(&mesh, &SpringRules { stretch, shear: None, bend: None }, 0.0);
-        let law = SpringLaw { stiffness, damping: 0.0 };
-        network.elements = vec![ElementList::new(ElementKind::Plate, law, &mesh)];
-        let (columns, length) = (self.cells + 1, self.length());
-        let places = heavy_strip(start, self.cells);
-        for point in 0..2 * columns {
-            let column = point % columns;
-            network.masses[point] = (self.weight)(column, self.cells) / GRAVITY;
-            if column < 2 {
-                network.pins.push(point as u32);
-            } else {
-                let [along, below] = places[column];
-                (network.x[point][0], network.x[point][1]) = (0.5 * CELL + length * along, -length * below);
-            }
-        }
-        let mut scene = Scene::new(network, 0.1).under([0.0, -GRAVITY, 0.0]);
-        scene.settings.solver.stop = Stop::Residual { tolerance: 1e-12, max_iterations: 4000 };
-        let x = equilibrium(&scene, dt, 60);
-        let [one, other] = [x[self.cells], x[columns + self.cells]];
-        [(0.5 * (one[0] + other[0]) - 0.5 * CELL) / length, -0.5 * (one[1] + other[1]) / length]
-    }
-}
-
-/// Places of the columns of a strip of unit length that hangs as a row says: theta'' = -Gamma (1 - s) cos theta, from the
-/// curvature at the clamp.
-fn heavy_strip(row: &Row, cells: usize) -> Vec<[f64; 2]> {
-    const SHARES: usize = 64;
-    let (gamma, cell) = (row.number("Gamma"), 1.0 / (cells as f64 - 0.5));
-    let step = cell / SHARES as f64;
-    let (mut s, mut theta, mut curvature) = (0.0, 0.0_f64, row.number("kappa_clamp_times_L"));
-    let (mut place, mut places) = ([0.0; 2], vec![[0.0; 2]]);
-    for share in 0..cells * SHARES - SHARES / 2 {
-        let half = theta + 0.5 * step * curvature;
-        curvature -= step * gamma * (1.0 - s - 0.5 * step) * half.cos();
-        place = [place[0] + step * half.cos(), place[1] + step * half.sin()];
-        (s, theta) = (s + step, half + 0.5 * step * curvature);
-        if (share + 1) % SHARES == SHARES / 2 {
-            places.push(place);
-        }
-    }
-    places
-}
-
-/// The row of a Gamma.
-fn hung(rows: &[Row], gamma: f64) -> &Row {
-    rows.iter().find(|row| row.number("Gamma") == gamma).expect("a row of the table")
-}
-
 #[test]
 fn a_strip_hangs_under_its_own_weight_as_an_elastica_and_converges_in_second_order() {
-    // Of a column two particles weigh this each (N); those of the tip have half a cell.
-    const WEIGHT: f64 = 1e-4;
     let rows = table("elastica/cantilever.csv");
-    let error = |cells: usize, diagonals: Diagonals, [gamma, start]: [f64; 2]| {
-        let strip = Strip {
-            cells,
-            diagonals,
-            weight: |column, cells| if column == cells { 0.5 * WEIGHT } else { WEIGHT },
-        };
-        let per_length = 2.0 * WEIGHT / CELL;
-        let stiffness = per_length * strip.length().powi(3) / (gamma * CELL);
-        // A step is about 1 / omega of the lowest mode.
-        let [away, below] = strip.tip(stiffness, hung(&rows, start), 0.07 * gamma.sqrt());
-        let row = hung(&rows, gamma);
-        let found = [away - row.number("W_over_L"), below - row.number("H_over_L")];
-        found[0].hypot(found[1])
+    let error = |cells: usize, diagonals: Diagonals, gammas: [f64; 2]| {
+        Strip::heavy(cells, diagonals).error(&rows, gammas)
     };
     // Begun as a stiffer one hangs.
     let light = error(60, Diagonals::OneWay, [1.0, 0.1]);
@@ -257,18 +127,10 @@ fn a_strip_hangs_under_its_own_weight_as_an_elastica_and_converges_in_second_ord
 
 #[test]
 fn a_strip_under_end_shear_comes_to_the_displacements_of_sze_liu_and_lo() {
-    // P L² / (D b), and how far the tip comes back and goes down, in tenths of the length (2004, table of the cantilever).
-    const TABLE: [[f64; 3]; 5] = [
-        [0.4, 0.103, 1.309],
-        [1.2, 0.763, 3.488],
-        [2.0, 1.604, 4.933],
-        [2.8, 2.370, 5.855],
-        [4.0, 3.286, 6.698],
-    ];
     const LOAD: f64 = 1e-3;
     let rows = table("elastica/cantilever.csv");
     let diagonals = [Diagonals::OneWay, Diagonals::OtherWay].into_iter().cycle();
-    for ([load, back, down], diagonals) in TABLE.into_iter().zip(diagonals) {
+    for ([load, back, down], diagonals) in END_SHEAR.into_iter().zip(diagonals) {
         let strip = Strip {
             cells: 40,
             diagonals,

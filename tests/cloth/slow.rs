@@ -7,10 +7,14 @@ mod bounces;
 mod animals;
 mod surface_slow;
 mod drape;
+mod resolution;
+mod strips;
+mod bent_strips;
 mod rippled;
 mod random_unions;
 mod mannequin;
 mod hands;
+mod sleep;
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};
@@ -22,6 +26,18 @@ use crate::mannequin::Fall;
 use crate::random_unions::{Counts, distances_are_those_of_unions};
 use crate::rippled::{a_rippled_sheet_converges, a_squeezed_sheet_buckles};
 use crate::scenes::scenes_run_keep_their_pins_and_gain_no_energy;
+use crate::sleep::{all, is_off_by_no_more_than_is_told};
+
+#[test]
+fn what_sleeps_is_off_by_no_more_than_is_told_for_three_errors() {
+    for compared in all() {
+        for precision in Precision::ALL {
+            for error in [1e-4, 3e-4, 1e-3] {
+                is_off_by_no_more_than_is_told(&compared, error, precision);
+            }
+        }
+    }
+}
 
 #[test]
 fn every_shipped_scene_runs_keeps_its_pins_and_gains_no_energy() {

@@ -3,12 +3,14 @@
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use nappe_scene::{NoMeshes, Scene as SceneFile, SceneLimits, shipped_scenes};
-use nappe_sim::cloth::SurfaceCheck;
+use nappe_sim::{cloth::SurfaceCheck, math::Precision};
 use nappe_tests::{
     Scene,
     numbering::renumbered,
     scene::{max_distance, positions},
-    surface::{Case, Folds, Tally, Watched, flung, folded_twice, on_a_ball, piled, speeds, twisted},
+    surface::{
+        Case, Folds, Tally, Watched, flung, folded_twice, on_a_ball, piled, pinched, speeds, twisted, walked,
+    },
     threads::with_threads,
 };
 
@@ -159,6 +161,31 @@ fn five_sheets_on_a_table_without_friction_keep_their_gaps() {
             watched.go(3_000);
             judge("a smooth pile", &case, &watched.tally);
             assert!(watched.tally.least_gap > 0.4 * thickness, "{case:?}: {:?}", watched.tally);
+        }
+    });
+}
+
+#[test]
+fn plates_of_500_corners_that_go_into_each_other_give_way_to_a_sheet_take_it_along_and_let_it_go() {
+    with_threads(0, || {
+        for precision in Precision::ALL {
+            let came_to = pinched(12, 16, precision);
+            println!("plates in {precision}: {came_to:?}");
+            assert_eq!(came_to.complaint(precision), None);
+        }
+    });
+}
+
+#[test]
+fn the_walker_walks_five_seconds_in_its_tunic_and_no_cloth_crosses_anything() {
+    with_threads(0, || {
+        for precision in Precision::ALL {
+            for friction in [0.0, 0.3] {
+                let came_to = walked(precision, friction, 1000);
+                println!("walker in {precision}, friction {friction}: {came_to:?}");
+                assert_eq!(came_to.complaint(), None);
+                assert!(came_to.yields.0 > 1e-3, "its arms press nothing: {came_to:?}");
+            }
         }
     });
 }

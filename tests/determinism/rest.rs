@@ -39,7 +39,7 @@ fn worlds() -> Vec<(String, Scene)> {
 fn watching_for_rest_changes_no_bit() {
     for (name, plain) in worlds() {
         let mut watched = plain.clone();
-        watched.settings.rest = Some(RestSettings { error: 1e-3, within: 1.0 });
+        watched.settings.rest = Some(RestSettings { error: 1e-3, within: 1.0, sleep: false });
         for precision in Precision::ALL {
             let [plain, watched] = [&plain, &watched].map(|scene| told(scene, precision));
             assert!(plain.iter().all(|(rest, _)| rest.is_none()), "{name} in {precision}");
@@ -54,7 +54,7 @@ fn watching_for_rest_changes_no_bit() {
 #[test]
 fn what_is_told_of_rest_is_the_same_for_any_number_of_threads() {
     for (name, mut scene) in worlds() {
-        scene.settings.rest = Some(RestSettings { error: 1e-3, within: 1.0 });
+        scene.settings.rest = Some(RestSettings { error: 1e-3, within: 1.0, sleep: false });
         for precision in Precision::ALL {
             let alone = with_threads(1, || told(&scene, precision));
             let ways = alone.iter().filter_map(|(rest, _)| Some(rest.as_ref()?.way));

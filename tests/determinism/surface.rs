@@ -10,7 +10,7 @@ use nappe_tests::{
     numbering::Numbering,
     scene::{advance, try_advance},
     sheets::Sheet,
-    surface::{Case, bodies_on_a_ball, built, on_a_ball, piled, scene, sheet_on_a_plate},
+    surface::{Case, bodies_on_a_ball, built, giving_way, on_a_ball, piled, scene, sheet_on_a_plate},
     threads::with_threads,
 };
 
@@ -18,7 +18,7 @@ use nappe_tests::{
 const STEPS: u64 = 60;
 
 /// Worlds of several blocks in which surfaces touch, by name.
-fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 5] {
+fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 6] {
     let case = Case { precision, friction: 0.3, numbering: Numbering::AsBuilt };
     let bodies = bodies_on_a_ball(13, [0.03, 0.1], 4e-3, &case);
     let mut one_is_thin = bodies.clone();
@@ -26,12 +26,14 @@ fn worlds(precision: Precision) -> [(&'static str, WorldSetup); 5] {
     let settings = bodies.bodies[0].settings;
     let thin = BodySetup { name: "thin".to_owned(), network: thin, settings, forces: Vec::new() };
     one_is_thin.bodies.insert(1, thin);
+    let on_a_plate = sheet_on_a_plate(&scene(Network::default(), 0.0, 0.3));
     let worlds = [
         ("on a ball", on_a_ball([3, 13], [0.03, 0.1], 4e-3, &case).setup()),
         ("a pile", piled([3, 10], 2e-3, &case).setup()),
         ("bodies on a ball", bodies),
         ("a thin body between others", one_is_thin),
-        ("a figure in mid-walk", sheet_on_a_plate(&scene(Network::default(), 0.0, 0.3))),
+        ("a figure in mid-walk", on_a_plate.clone()),
+        ("a figure that gives way", giving_way(on_a_plate, 1e3)),
     ];
     worlds.map(|(name, mut world)| {
         world.bodies.iter_mut().for_each(|body| body.settings.block_size = 64);

@@ -9,6 +9,7 @@ use nappe_proto::v1::{
 };
 use nappe_server::{App, Limits};
 use nappe_sim::mesh::TriangleMesh;
+use nappe_tests::meshes::{Surface, box12};
 use tonic::transport::Channel;
 use tonic_types::StatusExt as _;
 
@@ -52,12 +53,33 @@ pub(crate) async fn left(client: &mut Client) -> u64 {
     refused(client, request(huge, v1::Precision::F64)).await[1]
 }
 
-/// Uploads a sheet of so many points along each side, and names it in the text.
-async fn with_mesh(client: &mut Client, text: &str) -> String {
-    if !text.contains("SHEET") {
-        return text.to_owned();
+/// Makes a mesh.
+type Make = fn() -> TriangleMesh;
+
+/// Uploads the sheet and the slab that the text names, and puts their ids there.
+async fn with_meshes(client: &mut Client, text: &str) -> String {
+    let known: [(&str, Make); 2] = [("SHEET", sheet), ("SLAB", slab)];
+    let mut text = text.to_owned();
+    for (name, mesh) in known {
+        if text.contains(name) {
+            text = text.replace(name, &upload(client, &mesh()).await);
+        }
     }
-    let mesh = TriangleMesh::grid(200, 200, 0.01);
+    text
+}
+
+fn sheet() -> TriangleMesh {
+    TriangleMesh::grid(200, 200, 0.01)
+}
+
+/// A box that lies under a third of the sheet.
+fn slab() -> TriangleMesh {
+    let Surface { points, triangles } = box12([0.0; 3], [1.1, 0.05, 0.36]);
+    TriangleMesh { points, triangles, ..TriangleMesh::default() }
+}
+
+/// Uploads a mesh; gives its id.
+async fn upload(client: &mut Client, mesh: &TriangleMesh) -> String {
     let header = MeshHeader {
         point_count: mesh.points.len() as u64,
         triangle_count: mesh.triangles.len() as u64,
@@ -69,19 +91,19 @@ async fn with_mesh(client: &mut Client, text: &str) -> String {
     let data = data.chunks(1 << 20).map(|piece| Part::Data(Bytes::copy_from_slice(piece)));
     let parts: Vec<Part> = std::iter::once(Part::Header(header)).chain(data).collect();
     let pieces = parts.into_iter().map(|part| UploadMeshRequest { part: Some(part) });
-    let uploaded = client.upload_mesh(tokio_stream::iter(pieces)).await.expect("a sheet is a mesh");
-    text.replace("SHEET", &uploaded.into_inner().mesh_id)
+    let uploaded = client.upload_mesh(tokio_stream::iter(pieces)).await.expect("it is a mesh");
+    uploaded.into_inner().mesh_id
 }
 
 /// Estimated and found bytes of a session: while it is built and takes its first steps, and after them.
 async fn compare(text: &str, precision: v1::Precision) -> [[u64; 2]; 2] {
     let (app, mut client) = with_client(SCANT).await;
-    let own = with_mesh(&mut client, text).await;
+    let own = with_meshes(&mut client, text).await;
     let [build, _] = refused(&mut client, request(&own, precision)).await;
     app.shutdown().await;
 
     let (app, mut client) = with_client(ROOM).await;
-    let own = with_mesh(&mut client, text).await;
+    let own = with_meshes(&mut client, text).await;
     let (room, before) = (left(&mut client).await, used());
     let peak = peak_since(async {
         let made = client.create_session(request(&own, precision)).await.expect("it fits").into_inner();
@@ -256,8 +278,35 @@ fn snow_scenes() -> Vec<(&'static str, String)> {
     ]
 }
 
+/// A sheet with a thickness just above three slabs, each of which is a mesh: all of its particles are near one.
+fn on_three_meshes() -> String {
+    let law = "{ stiffness = 1.0 }";
+    let slab = |(number, z): (usize, f64)| {
+        format!(
+            "[[collider]]\nname = \"slab{number}\"\nmargin = 0.001\n\
+             mesh = {{ upload = \"SLAB\", transform = {{ translate = [1, -0.0511, {z:?}] }} }}\n"
+        )
+    };
+    let slabs: String = [0.27, 1.0, 1.73].into_iter().enumerate().map(slab).collect();
+    format!(
+        "version = 1\ndt = 1e-4\n[[body]]\nname = \"b\"\nmesh = {{ grid = [200, 200], spacing = 0.01 }}\n\
+         mass = {{ particle = 0.01 }}\nintegrator = \"implicit_euler\"\nthickness = 0.004\n\
+         springs = {{ stretch = {law}, shear = {law}, bend = {law} }}\n{slabs}"
+    )
+}
+
 #[test]
 fn estimates_of_memory_lie_close_above_what_is_taken() {
+    compare_all(&scenes(), 1.5);
+}
+
+#[test]
+fn of_thick_cloth_on_three_meshes_an_estimate_is_less_than_a_third_too_much() {
+    compare_all(&[("cloth, thickness, on three meshes", on_three_meshes())], 1.3);
+}
+
+/// Fails where an estimate is less than what is taken, or more than so many times as much.
+fn compare_all(scenes: &[(&str, String)], most: f64) {
     let _alone = alone();
     // What the server asks for only to see whether it is there is larger than any array of these scenes.
     IGNORED.store(128 << 20, Ordering::Relaxed);
@@ -266,9 +315,9 @@ fn estimates_of_memory_lie_close_above_what_is_taken() {
         "{:28} {:4} {:>12} {:>12} {:>5}  {:>12} {:>12} {:>5}",
         "scene", "", "build", "found", "", "session", "found", ""
     );
-    for (name, text) in scenes() {
+    for (name, text) in scenes {
         for precision in [v1::Precision::F32, v1::Precision::F64] {
-            let [[build, peak], [session, steady]] = runtime().block_on(compare(&text, precision));
+            let [[build, peak], [session, steady]] = runtime().block_on(compare(text, precision));
             let ratios = [build as f64 / peak as f64, session as f64 / steady as f64];
             let label = if precision == v1::Precision::F32 { "f32" } else { "f64" };
             let line = format!(
@@ -276,13 +325,13 @@ fn estimates_of_memory_lie_close_above_what_is_taken() {
                 ratios[0], ratios[1]
             );
             println!("{line}");
-            if !ratios.iter().all(|ratio| (1.0..=1.5).contains(ratio)) {
+            if !ratios.iter().all(|ratio| (1.0..=most).contains(ratio)) {
                 wrong.push(line);
             }
         }
     }
     IGNORED.store(usize::MAX, Ordering::Relaxed);
-    assert!(wrong.is_empty(), "beyond 1.0 to 1.5:\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "beyond 1.0 to {most}:\n{}", wrong.join("\n"));
 }
 
 /// A thousand bodies of four particles each.

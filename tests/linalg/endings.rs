@@ -100,6 +100,26 @@ fn the_residual_of_a_solve_that_converged_is_that_of_its_solution() {
     }
 }
 
+#[test]
+fn a_solve_stops_at_its_floor_whatever_the_tolerance() {
+    let mut scene = stiff_sheet(12);
+    scene.settings.solver.stop = Stop::Residual { tolerance: 1e-9, max_iterations: 600 };
+    let solved = |floor: f64| {
+        let mut scene = scene.clone();
+        scene.settings.solver.floor = floor;
+        advance(&mut scene.simulate(Precision::F64), 1).solve.expect("an implicit step solves")
+    };
+    let whole = solved(0.0);
+    assert!(whole.outcome == Outcome::Converged && whole.iterations > 0, "{whole:?}");
+    // |b| is the residual over its share.
+    let start = whole.residual / whole.relative_residual;
+    let early = solved(1e-3 * start);
+    assert_eq!(early.outcome, Outcome::Converged);
+    assert!(early.iterations < whole.iterations && early.residual <= 1e-3 * start, "{early:?}, {whole:?}");
+    let none = solved(2.0 * start);
+    assert_eq!((none.outcome, none.iterations), (Outcome::Converged, 0));
+}
+
 /// Minus the identity in some rows.
 struct Turned {
     from: usize,

@@ -6,6 +6,8 @@ use nappe_server::{
     state::{Opened, SavedSession, Section, read, write},
 };
 use nappe_sim::world::Change;
+use tonic::{Code, Status};
+use tonic_types::StatusExt as _;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
@@ -19,6 +21,9 @@ use crate::{
 const HEAD: usize = 64;
 const ROW: usize = 28;
 const FRONT: usize = HEAD + ROW * Section::ALL.len() + 8;
+
+/// Files that are altered at random.
+const COUNT: usize = if cfg!(feature = "slow") { 100_000 } else { 1_000 };
 
 /// A file of a session of a scene after some steps, and what is in it.
 async fn saved(scene: String) -> (Vec<u8>, SavedSession) {
@@ -181,4 +186,53 @@ async fn a_file_of_other_bits_goes_on_with_a_warning() {
     let told = answer.warnings.iter().filter(|warning| warning.contains("other bits"));
     assert_eq!(told.count(), 1, "{:?}", answer.warnings);
     assert_eq!(answer.session.expect("the session").state_hash, Some(saved.state_hash));
+}
+
+/// A refusal has a reason, and is none of a server that broke.
+fn assert_refused(refused: &Status, what: &str) {
+    let reason = refused.get_details_error_info().map(|info| info.reason);
+    assert!(reason.is_some_and(|reason| !reason.is_empty()), "{what}: {refused:?}");
+    assert_ne!(refused.code(), Code::Internal, "{what}: {refused:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn files_altered_at_random_are_refused_or_go_on_and_break_no_server() {
+    let (file, _) = saved(sheet_with(4, "") + &ball("")).await;
+    let limits =
+        Limits { history_bytes_per_session: 1 << 20, max_server_bytes: 256 << 20, ..Limits::default() };
+    let mut server = Server::with(limits).await;
+    let mut random = fastrand::Rng::with_seed(1);
+    for number in 0..COUNT {
+        let part = Section::ALL[random.usize(..Section::ALL.len())];
+        let (begin, length) = (place(&file, part), section(&file, part).len());
+        if length == 0 {
+            continue;
+        }
+        let mut altered = file.clone();
+        for _ in 0..random.usize(1..4) {
+            altered[begin + random.usize(..length)] = random.u8(..);
+        }
+        let what = format!("file {number}, altered in the section {}", part.name());
+        // One that is altered by chance has a wrong hash; one that somebody forged has the right one.
+        if random.bool() {
+            match upload(&mut server, &altered).await {
+                Ok(_) => assert!(altered == file, "{what}"),
+                Err(refused) => {
+                    assert_eq!(assert_reason(&refused, Reason::InvalidCheckpoint)["section"], part.name());
+                }
+            }
+            continue;
+        }
+        let forged = with(&file, part, 0, &altered[begin..begin + length]);
+        match create(&mut server, &forged, "").await {
+            Ok(answer) => {
+                let delete = v1::DeleteSessionRequest::of(&session(answer).session_id);
+                server.client.delete_session(delete).await.expect("it is deleted");
+            }
+            Err(refused) => assert_refused(&refused, &what),
+        }
+    }
+    // The server is as it was.
+    session(create(&mut server, &file, "good").await.expect("it goes on"));
+    assert_eq!(server.step("good", 2).await.step, 9);
 }

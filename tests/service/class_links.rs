@@ -55,6 +55,24 @@ async fn open(app: &App, code: &str) -> Result<String, Status> {
     connect(app).await.open_link(request).await.map(|answer| answer.into_inner().token)
 }
 
+/// A token of a link that has ended by its time.
+async fn ended(app: &App) -> String {
+    // On a busy machine a second may be over before the link is opened.
+    let token = loop {
+        let code = code(app, 1, 1, 1).await;
+        if let Ok(token) = open(app, &code).await {
+            break token;
+        }
+    };
+    in_time(async {
+        while outcome(app, Some(&token), "GetServerInfo", "class").await == "ok" {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    })
+    .await;
+    token
+}
+
 async fn fork(app: &App, token: &str, id: &str) -> Result<String, Status> {
     let asked = showing(v1::ForkSessionRequest::of(id), Some(token));
     let forked = connect(app).await.fork_session(asked).await?.into_inner();
@@ -155,6 +173,7 @@ async fn every_method_with_every_token_does_what_the_table_says() {
     assert_ne!(own, other);
     assert_reason(&open(&app, &code).await.expect_err("thrice"), Reason::LinkNotFound);
     let of_other = fork(&app, &other, "class").await.expect("a copy");
+    let (ended, whole) = (ended(&app).await, token(&app));
     for (method, expected) in TABLE {
         let copy = fork(&app, &own, "class").await.expect("a copy");
         for (id, expected) in
@@ -167,8 +186,18 @@ async fn every_method_with_every_token_does_what_the_table_says() {
         let missing = if method == "OpenLink" { "LINK_NOT_FOUND" } else { "TOKEN_MISSING" };
         assert_eq!(outcome(&app, None, method, "class").await, missing, "{method}");
         let wrong = if method == "OpenLink" { "LINK_NOT_FOUND" } else { "TOKEN_WRONG" };
-        for bad in [&own[1..], &code] {
+        // A part of a token, a code that is used up, and the token of a link that has ended.
+        for bad in [&own[1..], &code, &ended] {
             assert_eq!(outcome(&app, Some(bad), method, "class").await, wrong, "{method}");
+        }
+
+        // Whoever has the token of the server is refused nothing because of who he is.
+        let copy = fork(&app, &whole, "class").await.expect("a copy");
+        let got = outcome(&app, Some(&whole), method, &copy).await;
+        let for_others = [NARROW, HIDDEN, "TOKEN_MISSING", "TOKEN_WRONG"];
+        assert!(!for_others.contains(&got.as_str()), "{method}: {got}");
+        if method != "DeleteSession" {
+            assert_eq!(outcome(&app, Some(&whole), "DeleteSession", &copy).await, "ok");
         }
     }
     // What does not exist for one is said to be missing word for word as what does not exist.

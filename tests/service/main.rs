@@ -33,6 +33,8 @@ mod pulls;
 mod forks;
 mod saved_sessions;
 mod altered_saves;
+mod saved_scenes;
+mod kept_sessions;
 mod begun_sessions;
 mod abandoned_creates;
 mod memory_growth;

@@ -1,10 +1,14 @@
 //! Sessions of snow: their fields, diagnostics and topology, refused steps, failures, changes.
 
+use std::collections::BTreeSet;
+
 use nappe_proto::v1::{
     self, Encoding, Field, SessionState, TimeBound, collider_shape::Shape, create_session_request::Scene,
 };
 use nappe_server::{Limits, Reason};
 use nappe_sim::{field, math::Precision, report::NoStopwatch};
+use prost::Message as _;
+use prost_types::{FieldDescriptorProto, FileDescriptorSet};
 use tonic_types::StatusExt as _;
 
 use crate::{
@@ -144,6 +148,18 @@ async fn the_topology_has_a_body_for_each_cloth_and_object_and_every_shape_of_co
         watch.frame().await.numbers(Field::Positions, f32::from_le_bytes).len() as u64,
         3 * session.particle_count
     );
+}
+
+#[test]
+fn a_scene_has_a_section_for_each_shape_of_the_contract_and_for_no_other() {
+    let files = FileDescriptorSet::decode(v1::FILE_DESCRIPTOR_SET).expect("descriptors");
+    let messages = files.file.iter().flat_map(|file| &file.message_type);
+    let colliders = messages.filter(|message| message.name() == "ColliderShape");
+    let shapes = colliders.flat_map(|message| &message.field).filter(|field| field.oneof_index.is_some());
+    let shapes: BTreeSet<&str> = shapes.map(FieldDescriptorProto::name).collect();
+    let page = nappe_scene::reference_page();
+    let sections = page.lines().filter_map(|line| line.strip_prefix("### collider."));
+    assert_eq!(sections.filter(|section| *section != "key").collect::<BTreeSet<_>>(), shapes);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -90,8 +90,8 @@ async fn a_frame_above_a_mebibyte_comes_in_pieces() {
     let mut wide = server.watch(request).await;
     let mut narrow = server.watch(every(&id, 0)).await;
 
-    // Two triangles a cell: 2.05 MiB; and texture coordinates: 0.69 MiB.
-    assert_eq!(narrow.topology_piece_count, 3);
+    // Two triangles a cell: 2.05 MiB; texture coordinates: 0.69 MiB; and masses: 0.34 MiB.
+    assert_eq!(narrow.topology_piece_count, 4);
     let body = &narrow.topology.bodies[0];
     assert_eq!((body.triangles_u32.len(), body.uv_f32.len()), (2 * 299 * 299 * 12, 90_000 * 8));
     server.play(&id).await;

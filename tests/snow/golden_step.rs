@@ -58,6 +58,7 @@ fn scene(golden: &Golden, volume: Vec<f64>) -> SnowScene {
                 .map(|p| nappe_sim::snow::Plasticity { plastic_ratio_range: [0.1, 20.0], ..p }),
             ..free_snow()
         },
+        attach: None,
     };
 
     let transfer = Transfer::PicFlip(Blend::PerStep(golden.alpha));

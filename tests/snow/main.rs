@@ -12,6 +12,7 @@ mod dissipation;
 mod errors;
 mod forces;
 mod resultants;
+mod torn;
 mod free_fall;
 mod friction;
 mod loads;

@@ -27,6 +27,7 @@ fn balls(variant: Variant) -> WorldSetup {
             angular_velocity,
             stiffness: Vec::new(),
             material: elastic(2e4, 0.3),
+            attach: None,
         }
     };
     let objects =

@@ -3,6 +3,7 @@
 mod animals;
 mod bars;
 mod beam;
+mod torn_beam;
 mod bounce;
 mod clumps;
 mod impact;

@@ -13,6 +13,7 @@ mod thick;
 mod snow;
 mod plan;
 mod terms;
+mod rest;
 mod coarser;
 mod stability;
 mod eigenvalues;

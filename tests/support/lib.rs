@@ -6,6 +6,7 @@ pub mod threads;
 pub mod course;
 pub mod golden;
 pub mod meshes;
+pub mod flat;
 pub mod ranks;
 pub mod scene;
 mod random;

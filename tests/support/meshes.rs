@@ -126,7 +126,7 @@ impl Surface {
 }
 
 /// Distance (m) of a point from a triangle.
-fn to_triangle(point: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> f64 {
+pub fn to_triangle(point: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> f64 {
     let normal = cross(minus(b, a), minus(c, a));
     let is_over = |from: [f64; 3], to: [f64; 3]| {
         dot(cross(minus(to, from), minus(point, from)), normal) >= 0.0 && dot(normal, normal) > 0.0

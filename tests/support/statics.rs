@@ -12,6 +12,11 @@ use crate::{
     scene::{advance, max_distance, positions},
 };
 
+/// A strip of length L that a load along its tip bends, without Poisson's ratio: P L² / (D b), and how far the tip comes back and goes
+/// down, in tenths of the length (Sze, Liu and Lo 2004, table of the cantilever under end shear).
+pub const END_SHEAR: [[f64; 3]; 5] =
+    [[0.4, 0.103, 1.309], [1.2, 0.763, 3.488], [2.0, 1.604, 4.933], [2.8, 2.370, 5.855], [4.0, 3.286, 6.698]];
+
 /// Positions (m) at which the body of `scene` rests. Steps of `settling_dt` (s) with the safe
 /// Hessian come near, then long steps with the full one end at rounding.
 pub fn equilibrium(scene: &Scene, settling_dt: f64, settling_count: u64) -> Vec<[f64; 3]> {

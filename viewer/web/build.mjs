@@ -42,6 +42,31 @@ const contract = {
   },
 };
 
+/** Shaders of three.js that no page draws with: its materials of other kinds, and what these alone include. */
+const UNUSED_SHADERS = [
+  ...['background', 'backgroundCube', 'cube', 'distance', 'equirect', 'linedashed', 'meshmatcap', 'meshnormal', 'meshphong', 'meshphysical',
+    'meshtoon', 'points', 'shadow', 'sprite'].flatMap((name) => [`${name}_vert`, `${name}_frag`]),
+  ...['lights_toon', 'lights_phong', 'lights_physical', 'iridescence', 'transmission', 'metalnessmap', 'roughnessmap', 'map_particle']
+    .flatMap((name) => [`${name}_fragment`, `${name}_pars_fragment`]),
+  'clearcoat_normal_fragment_begin', 'clearcoat_normal_fragment_maps', 'clearcoat_pars_fragment', 'gradientmap_pars_fragment',
+];
+
+/** Leaves these shaders out: three.js holds all in one table, of which no bundler can tell what is used. */
+const shaders = {
+  name: 'shaders',
+  setup(build) {
+    build.onLoad({ filter: /three[\\/]build[\\/]three\.module\.js$/ }, async ({ path }) => {
+      let contents = await readFile(path, 'utf8');
+      for (const name of UNUSED_SHADERS) {
+        const row = new RegExp(`^\\s*${name}: [\\w$]+,?$`, 'm');
+        if (!row.test(contents)) throw new Error(`three.js has no shader ${name}`);
+        contents = contents.replace(row, `${name}: '',`);
+      }
+      return { contents, loader: 'js' };
+    });
+  },
+};
+
 async function script(name) {
   const { outputFiles } = await build({
     entryPoints: [`src/${name}.ts`],
@@ -52,7 +77,7 @@ async function script(name) {
     minify: true,
     charset: 'utf8',
     legalComments: 'none',
-    plugins: [contract],
+    plugins: [contract, shaders],
     target,
   });
   const [{ text }] = outputFiles;

@@ -34,8 +34,11 @@ const LOOKS: [(&str, char, &str, &str); 6] = [
     ("lost without a word", 'L', "#7A1010", "white"),
 ];
 
-/// Draws all tables below each other, and a sentence made from their verdicts.
-pub(crate) fn picture(tables: &[Table], style: &Style) -> Result<Picture, String> {
+/// The gallery: scenes by methods, verdicts by colour and letter. It has no room for a width below 160 mm: words are small there.
+///
+/// # Errors
+/// What the plotter cannot make pixels of.
+pub fn picture(tables: &[Table], style: &Style) -> Result<Picture, String> {
     let all = |families: &'static [Family]| {
         tables.iter().filter(move |table| families.contains(&table.family)).collect::<Vec<_>>()
     };

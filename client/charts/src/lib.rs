@@ -29,11 +29,13 @@ mod terms;
 mod profile;
 mod sweep;
 
+pub use gallery::picture as gallery_picture;
 pub use picture::Picture;
+pub use profile::picture as profile_picture;
 pub use style::Style;
-pub use sweep::{Sweep, SweepRun};
+pub use sweep::{Sweep, SweepRun, picture as sweep_picture};
 
-use nappe_study::{Chart, Map, Plan, Stability, gallery::Table, profile::Profile};
+use nappe_study::{Chart, Map, Plan, Stability};
 
 /// What a chart shows, for those that it has rows or times for.
 ///
@@ -84,28 +86,4 @@ pub fn stability_pictures(scene: &str, stability: &Stability, style: &Style) -> 
         }
     }
     Ok(pictures)
-}
-
-/// On what share of several scenes each method is within a factor of the cheapest that is accurate enough.
-///
-/// # Errors
-/// What the plotter cannot make pixels of.
-pub fn profile_picture(profile: &Profile, style: &Style) -> Result<Picture, String> {
-    profile::picture(profile, style)
-}
-
-/// The gallery: scenes by methods, verdicts by colour and letter. It has no room for a width below 160 mm: words are small there.
-///
-/// # Errors
-/// What the plotter cannot make pixels of.
-pub fn gallery_picture(tables: &[Table], style: &Style) -> Result<Picture, String> {
-    gallery::picture(tables, style)
-}
-
-/// A sweep over one key, its quantities against it, or over two, the first quantity in colours over both.
-///
-/// # Errors
-/// A sweep over more keys, and what the plotter cannot make pixels of.
-pub fn sweep_picture(sweep: &Sweep) -> Result<Picture, String> {
-    sweep::picture(sweep)
 }

@@ -10,7 +10,7 @@ use crate::{
     look::INK,
     picture::Picture,
     scale::{Scale, Spacing},
-    sheet::Sheet,
+    sheet::{Names, Sheet},
     style::Style,
     words::{length, listed, number, time, within},
 };
@@ -37,13 +37,6 @@ const SPARE: f64 = 0.3;
 const LEAST: f64 = 1e-7;
 /// Methods that a sentence names, at most.
 const NAMED: usize = 4;
-
-/// Where names stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Names {
-    Beside,
-    Above,
-}
 
 /// What the limits are, for a study that tried steps.
 pub(crate) fn picture(scene: &str, stability: &Stability, style: &Style) -> Result<Picture, String> {
@@ -77,7 +70,7 @@ pub(crate) fn picture(scene: &str, stability: &Stability, style: &Style) -> Resu
         let y = above + row * (i as f64 + 1.0) - 0.5 * ROW;
         draw_parts(&mut sheet, bar, &scale, y);
         draw_marks(&mut sheet, bar, over, &scale, y);
-        write_names(&mut sheet, bar, names, [left, right], y);
+        sheet.names(names, [&bar.name, &borne_by(bar)], [left, right], [y, y - 0.5 * BAR - TICK - 4.0]);
     }
     sheet.outline([left, right, above, below], "black");
     axes::below(&mut sheet, scale.ticks(), scale.places, below, "step (ms)");
@@ -86,22 +79,6 @@ pub(crate) fn picture(scene: &str, stability: &Stability, style: &Style) -> Resu
         Names::Above => sheet.words("limit", [right, above - 8.0], Anchor::End, INK),
     }
     sheet.finish("limits", &title, sentence(stability, &bars, over), style)
-}
-
-/// Writes the name of a method and what it bears, at both sides of the data (px) or above its bar, whose middle is at a height (px).
-fn write_names(sheet: &mut Sheet, bar: &Bar<'_>, names: Names, [left, right]: [f64; 2], y: f64) {
-    let borne = borne_by(bar);
-    match names {
-        Names::Beside => {
-            sheet.words(&bar.name, [left - 10.0, y + 4.0], Anchor::End, "black");
-            sheet.words(&borne, [right + 10.0, y + 4.0], Anchor::Start, "black");
-        }
-        Names::Above => {
-            let y = y - 0.5 * BAR - TICK - 4.0;
-            sheet.small_words(&bar.name, [left + 4.0, y], Anchor::Start, "black");
-            sheet.small_words(&borne, [right - 4.0, y], Anchor::End, "black");
-        }
-    }
 }
 
 /// Both ends of the axis (ms): from below the shortest limit to the longest step that was tried.

@@ -43,8 +43,11 @@ fn corners(line: &Line, end: f64) -> Vec<[f64; 2]> {
     corners
 }
 
-/// Draws the profile and a sentence made from it.
-pub(crate) fn picture(profile: &Profile, style: &Style) -> Result<Picture, String> {
+/// On what share of several scenes each method is within a factor of the cheapest that is accurate enough.
+///
+/// # Errors
+/// What the plotter cannot make pixels of.
+pub fn picture(profile: &Profile, style: &Style) -> Result<Picture, String> {
     let end = profile.largest_ratio().max(LEAST) * BEYOND;
     let x = Axis { label: "cost over that of the cheapest", range: [1.0, end], is_log: true };
     let y = Axis { label: "share of scenes", range: [0.0, TOP], is_log: false };

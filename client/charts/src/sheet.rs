@@ -26,6 +26,13 @@ pub(crate) struct Sheet {
     elements: Vec<Primitive>,
 }
 
+/// Where the names of rows stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Names {
+    Beside,
+    Above,
+}
+
 impl Sheet {
     /// Nothing, on white.
     pub(crate) fn new(size: [f64; 2]) -> Self {
@@ -115,6 +122,26 @@ impl Sheet {
     /// The same, small.
     pub(crate) fn small_words(&mut self, text: &str, at: [f64; 2], anchor: Anchor, colour: &str) {
         self.write(text, at, anchor, (SMALL, colour), None);
+    }
+
+    /// Writes the name of a row and what is told of it: at both sides of the data at a height, or above the row at another one (px).
+    pub(crate) fn names(
+        &mut self,
+        names: Names,
+        [name, told]: [&str; 2],
+        [left, right]: [f64; 2],
+        [beside, above]: [f64; 2],
+    ) {
+        match names {
+            Names::Beside => {
+                self.words(name, [left - 10.0, beside + 4.0], Anchor::End, "black");
+                self.words(told, [right + 10.0, beside + 4.0], Anchor::Start, "black");
+            }
+            Names::Above => {
+                self.small_words(name, [left + 4.0, above], Anchor::Start, "black");
+                self.small_words(told, [right - 4.0, above], Anchor::End, "black");
+            }
+        }
     }
 
     /// Words that begin at a place and go upwards.

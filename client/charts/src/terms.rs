@@ -10,7 +10,7 @@ use crate::{
     look::INK,
     picture::Picture,
     scale::{Scale, Spacing},
-    sheet::Sheet,
+    sheet::{Names, Sheet},
     style::Style,
     words::{length, listed},
 };
@@ -92,13 +92,6 @@ impl Kind {
     }
 }
 
-/// Where names stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Names {
-    Beside,
-    Above,
-}
-
 /// What the terms of a plan are to its answer.
 pub(crate) fn picture(scene: &str, plan: &Plan, style: &Style) -> Result<Picture, String> {
     let title = style.title_or(format!("{scene}: what it can do without"));
@@ -132,7 +125,10 @@ fn drawn(
     for (i, term) in terms.iter().enumerate() {
         let y = above + row * (i as f64 + 1.0) - 0.5 * ROW;
         draw_term(&mut sheet, term, &scale, y);
-        write_names(&mut sheet, term, names, places, y);
+        let saved = saved(term);
+        let is_alone = names == Names::Beside || saved.is_empty();
+        let told = if is_alone { saved } else { format!("time saved: {saved}") };
+        sheet.names(names, [&term.name, &told], places, [y, y - MARK - 4.0]);
     }
     sheet.outline([left, right, above, below], "black");
     axes::below(&mut sheet, scale.ticks(), places, below, "the answer moves by (mm)");
@@ -180,23 +176,6 @@ fn draw_term(sheet: &mut Sheet, term: &Term, scale: &Scale, y: f64) {
     let x = scale.at(change * 1e3);
     sheet.line(&[[left, y], [x, y]], Stroke { colour: GUIDE, width: 1.2, dashes: "1 3" });
     kind.draw(sheet, [x, y]);
-}
-
-/// Writes the name of a term and the time that is saved, at both sides of the data (px) or above its mark.
-fn write_names(sheet: &mut Sheet, term: &Term, names: Names, [left, right]: [f64; 2], y: f64) {
-    let saved = saved(term);
-    match names {
-        Names::Beside => {
-            sheet.words(&term.name, [left - 10.0, y + 4.0], Anchor::End, "black");
-            sheet.words(&saved, [right + 10.0, y + 4.0], Anchor::Start, "black");
-        }
-        Names::Above => {
-            let y = y - MARK - 4.0;
-            let saved = if saved.is_empty() { saved } else { format!("time saved: {saved}") };
-            sheet.small_words(&term.name, [left + 4.0, y], Anchor::Start, "black");
-            sheet.small_words(&saved, [right - 4.0, y], Anchor::End, "black");
-        }
-    }
 }
 
 /// The share of the time that is saved, to the percent, where it is no noise; nothing where it is not known.

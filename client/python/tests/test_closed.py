@@ -29,6 +29,7 @@ CALLS: dict[str, Act] = {
     "info": lambda connection, session: connection.info(),
     "sessions": lambda connection, session: connection.sessions(),
     "session": lambda connection, session: connection.session(session.id),
+    "make_link": lambda connection, session: connection.make_link(session, forks=1),
     "create": lambda connection, session: connection.create("flag"),
     "upload": lambda connection, session: connection.upload(POINTS, [[0, 1, 2]]),
     "refresh": lambda connection, session: session.refresh(),

@@ -32,6 +32,7 @@ ARGUMENTS = {
     "export": [],
     "gripper": [],
     "gym_env": ["--episodes", "2"],
+    "tunic": [],
 }
 
 

@@ -140,6 +140,18 @@ def test_calls_about_a_session_name_its_uid_and_calls_that_wait_have_no_limit() 
     assert requests.info().limit == 10.0 and requests.info().message == v1.GetServerInfoRequest()
 
 
+def test_a_link_is_the_address_of_the_page_with_a_code() -> None:
+    answer = v1.MakeLinkResponse(code="0a")
+    everything = requests.link("http://127.0.0.1:1", "", 0, 0, 0)
+    assert everything.message == v1.MakeLinkRequest() and everything.read(answer) == "http://127.0.0.1:1/#0a"
+    narrow = requests.link("http://127.0.0.1:1", "some", 1, 60, 43200)
+    assert narrow.message == v1.MakeLinkRequest(session_id="some", forks=1, uses=60, seconds=43200)
+    assert narrow.read(answer) == "http://127.0.0.1:1/?session=some#0a"
+    for field, values in (("forks", (-1, 0, 0)), ("uses", (0, 1.5, 0)), ("seconds", (0, 0, 2**32))):
+        assert refusal(lambda values=values: requests.link("http://127.0.0.1:1", "some", *values), field)
+    assert "unix:x.sock" in refusal(lambda: requests.link("unix:x.sock", "", 0, 0, 0), "url")
+
+
 @pytest.mark.parametrize("value", NOT_FINITE, ids=lambda value: str(value)[:8])
 def test_a_factor_and_a_drag_are_finite_numbers(value: Any) -> None:
     told = f"is {value!r}; allowed: a finite number"

@@ -35,10 +35,11 @@ velocity = [1, 0, 0]
 
 def test_a_rest_report_is_a_value_with_columns() -> None:
     first = read(Diagnostics, v1.Diagnostics())
-    still = v1.RestReport(calm_share=0.5, pieces=4, calm_pieces=2, way_m=0.25, change_m=0.125)
+    still = v1.RestReport(calm_share=0.5, pieces=4, calm_pieces=2, way_m=0.25, change_m=0.125, awake_share=0.75)
+    still.wake_cause = v1.WAKE_CAUSE_COLLIDER
     told = read(Diagnostics, v1.Diagnostics(step=1, rest=still))
     assert first.rest is None
-    assert told.rest == RestReport(0.5, 4, 2, 0.25, 0.125)
+    assert told.rest == RestReport(0.5, 4, 2, 0.25, 0.125, 0.75, 0, 0.0, 0, 0, "collider")
 
     table = diagnostics_table([first, told])
     assert table["rest_calm_pieces"].tolist() == [0, 2] and table["rest_calm_pieces"].dtype == np.int64
@@ -53,6 +54,7 @@ def test_what_lies_still_is_calm_after_three_windows(server: nappe.Server) -> No
         assert before is not None and before.rest is not None and before.rest.calm_share == 0.0
         assert after is not None and after.rest is not None
         assert (after.rest.calm_share, after.rest.pieces, after.rest.calm_pieces) == (0.5, 2, 1)
+        assert (before.rest.awake_share, after.rest.awake_share, after.rest.pieces_asleep) == (1.0, 0.5, 1)
         assert after.rest.way_m == pytest.approx(0.08, rel=1e-3)
 
 

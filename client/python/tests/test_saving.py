@@ -57,9 +57,9 @@ def diagnostics_of(step: int) -> Diagnostics:
         stages={"forces": 0.5},
         loads=(),
         snow=None if step % 3 == 0 else snow,
-        notices=Notices(1, 2, 3, 4, 5),
+        notices=Notices(1, 2, 3, 4, 5, 6, 7, None, None),
         cloth=None if step % 3 == 0 else cloth,
-        surface=None if step % 3 == 0 else SurfaceReport(12, 3, 2, 0.0015, 1, None),
+        surface=None if step % 3 == 0 else made(SurfaceReport, pairs=12, least_gap_m=0.0015, crossings=None),
         rest=None if step % 3 == 0 else RestReport(0.25, 4, 1, 0.001, 0.0001),
     )
 

@@ -18,6 +18,7 @@ import pytest
 from conftest import eventually
 
 import nappe
+from nappe import v1
 from nappe._server import _launch, _targets
 
 
@@ -186,8 +187,9 @@ def test_a_server_of_something_else_is_told_as_such() -> None:
         web.shutdown()
 
 
-def start(address: str, token: Path | None, folder: Path) -> subprocess.Popen[str]:
-    words = [_launch.program(), "--address", address, "--log", "error", *(["--token", str(token)] if token else [])]
+def start(address: str, token: Path | None, folder: Path, *options: str) -> subprocess.Popen[str]:
+    shown = ["--token", str(token)] if token else []
+    words = [_launch.program(), "--address", address, "--log", "error", *shown, *options]
     environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
     assert process.stdout is not None and "listens on" in process.stdout.readline()
@@ -224,6 +226,33 @@ def test_a_server_that_is_started_anew_on_its_port_is_found_again_with_its_new_t
         first.wait()
 
 
+def test_who_reads_every_frame_goes_on_where_the_server_was_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with nappe.serve() as server:  # to find a port that is free
+        address = server.address.removeprefix("http://")
+    # The start is kept, and all since then is in the log: every frame is made again.
+    options = ("--state-dir", str(tmp_path / "states"), "--checkpoint-seconds", "3600")
+    kept = start(address, None, tmp_path, *options)
+    try:
+        with nappe.connect(address) as client:
+            session = client.create("flag", step_limit=0)
+            frames = session.frames(every=True)
+            numbers = [next(frames).number]
+            session.play(real_time_factor=1.0)
+            for _ in range(3):
+                numbers += [next(frames).number for _ in range(5)]
+                kept.kill()
+                kept.wait()
+                kept = start(address, None, tmp_path, *options)
+            numbers += [next(frames).number for _ in range(5)]
+            assert numbers == list(range(21)) and frames.reconnects > 0
+    finally:
+        kept.kill()
+        kept.wait()
+
+
 def test_a_socket_of_unix_is_a_server_too(tmp_path: Path) -> None:
     socket = tmp_path / "s"
     process = start(f"unix:{socket}", None, tmp_path)
@@ -233,3 +262,29 @@ def test_a_socket_of_unix_is_a_server_too(tmp_path: Path) -> None:
     finally:
         process.terminate()
         process.wait()
+
+
+def opened(server: nappe.Server, link: str) -> nappe.Server:
+    """A connection with the token that a link gives, as a browser gets it."""
+    code = link.rpartition("#")[2]
+    token = server._ask("OpenLink", lambda: v1.OpenLinkRequest(code=code), 10.0).token
+    return nappe.connect(server.address, token)
+
+
+def test_a_link_to_a_session_is_opened_so_often_and_gives_copies_of_one_s_own(server: nappe.Server) -> None:
+    with server.create("flag", thread_count=1) as shown:
+        link = server.make_link(shown, forks=1, uses=2, seconds=60)
+        assert link.startswith(f"{server.address}/?session={shown.id}#")
+        with opened(server, link) as first, opened(server, link) as second:
+            with pytest.raises(nappe.NotFound):
+                opened(server, link)
+            copy = first.session(shown.id).fork()
+            copy.step(2)
+            assert {session.id for session in first.sessions()} == {shown.id, copy.id}
+            assert [session.id for session in second.sessions()] == [shown.id]
+            for refused in (first.session(shown.id).fork, first.session(shown.id).step):
+                with pytest.raises(nappe.Error) as told:
+                    refused()
+                assert told.value.reason == "LINK_TOO_NARROW"
+            copy.delete()
+    assert server.make_link().startswith(f"{server.address}/#")

@@ -233,3 +233,22 @@ def test_an_error_in_a_scene_names_its_line(server: nappe.Server) -> None:
         )
     assert (refused.value.reason, refused.value.line) == ("INVALID_SCENE", 6), refused.value
     assert refused.value.remedy and refused.value.remedy in str(refused.value)
+
+
+def test_a_session_that_was_saved_goes_on_to_the_bit(server: nappe.Server, tmp_path: Path) -> None:
+    path = tmp_path / "flag.session"
+    with server.create("flag", precision="f64", step_limit=0) as session:
+        session.update(wind=(6, 0, 6))
+        session.step(7)
+        assert session.save(path) == path and [file.name for file in tmp_path.iterdir()] == [path.name]
+        with server.create(checkpoint=path) as again:
+            assert (again.steps_taken, again.state_hash) == (7, session.state_hash)
+            assert again.step(9).state_hash == session.step(9).state_hash
+    with pytest.raises(nappe.NotFound):
+        session.save(path)
+    assert path.stat().st_size > 1000 and [file.name for file in tmp_path.iterdir()] == [path.name]
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1])
+    with pytest.raises(nappe.Error) as told:
+        server.create(checkpoint=path)
+    assert told.value.reason == "INVALID_CHECKPOINT"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 import nappe
 import nappe.aio
+from nappe._server._launch import program
 from nappe._wire._diagnostics import diagnostics_table
 
 VECTORS = {"momentum_x", "momentum_y", "momentum_z"}
@@ -81,11 +83,19 @@ def test_hashes_are_hexadecimal_everywhere(server: nappe.Server, tmp_path: Path)
     assert (saved[0], saved[-1]) == (begin, told[0])
 
 
-def test_the_columns_are_those_that_the_documents_list_for_the_command() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "command.md").read_text("utf-8")
-    section = page.split("\n### The table\n", 1)[1].split("\n### ", 1)[0]
+def listed_in(page: str, title: str) -> list[str]:
+    """The names in the first column of the tables of a section."""
+    text = (Path(__file__).parents[3] / "docs" / page).read_text("utf-8")
+    level = title.split(" ", 1)[0]
+    section = text.split(f"\n{title}\n", 1)[1].split(f"\n{level} ", 1)[0]
     rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
-    documented = [name for row in rows for name in re.findall("`(.*?)`", row)]
+    return [name for row in rows for name in re.findall("`(.*?)`", row)]
+
+
+def test_the_columns_are_those_that_the_documents_list_for_the_command() -> None:
+    listed = listed_in("command.md", "### The table")
+    of_surfaces = [f"surface_{name}" for name in listed_in("laws/surfaces.md", "## What a step tells")]
+    documented = [name for known in listed for name in (of_surfaces if known == "surface_*" else [known])]
     of_frame = ["step", "time_seconds", "frame", "state_hash"]
     of_step = [name for name in diagnostics_table([]) if name not in of_frame]
     assert documented == of_frame + of_step
@@ -117,3 +127,38 @@ def test_pandas_takes_both(server: nappe.Server) -> None:
                 assert frame[name].dtype == column.dtype, name
             assert frame[name].tolist() == pytest.approx(column.tolist(), nan_ok=True), name
     assert pandas.DataFrame(table).set_index("step")["kinetic_energy"].idxmax() in trajectory.step
+
+
+@pytest.mark.parametrize("scene", ["flag", "two_snowballs", "snow_and_cloth"])
+def test_pandas_reads_the_table_of_the_command(server: nappe.Server, tmp_path: Path, scene: str) -> None:
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed, which this test needs alone")
+    command = Path(program()).with_name("nappe")
+    if not command.is_file():
+        pytest.skip("the command is not beside the server, and this test needs it")
+    file = tmp_path / "run.csv"
+    run = [command, "run", scene, "--steps", str(STEPS), "--quiet", "--save", file]
+    subprocess.run(run, check=True, stdout=subprocess.DEVNULL)
+    trajectory, table, _ = table_of(server, scene)
+    read = pandas.read_csv(file, dtype={"state_hash": str}, float_precision="round_trip")
+    assert len(read) == len(trajectory)
+    # Seconds of the clock are those of another run.
+    for name in table.keys() - {"step_seconds"}:
+        column, there = table[name], read[name].notna().to_numpy()
+        if column.dtype.kind in "if":
+            np.testing.assert_array_equal(read[name].to_numpy(np.float64)[there], column[there], name)
+            assert all(value in (0, -1) or np.isnan(value) for value in column[~there]), name
+        else:
+            assert read[name][there].tolist() == column[there].tolist(), name
+            assert set(column[~there].tolist()) <= {""}, name
+    others = [name for name in read.columns if name not in table]
+    assert others and read[others].isna().to_numpy().all(), others
+
+
+def test_pandas_reads_the_committed_table() -> None:
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed, which this test needs alone")
+    file = Path(__file__).parents[2] / "cli" / "tests" / "golden" / "two.csv"
+    read = pandas.read_csv(file, dtype={"state_hash": str}, float_precision="round_trip")
+    assert (read["step"].tolist(), read["time_seconds"].tolist()) == ([0, 2], [0.0, 0.02])
+    assert read["state_hash"].tolist() == ["00000000000000ff"] * 2
+    assert np.isnan(read["kinetic_energy"][0]) and read["kinetic_energy"][1] == 0.1 + 0.2
+    assert read["load_ball_force_z"][1] == 1e21 and read["load_floor_contacts"].isna().all()

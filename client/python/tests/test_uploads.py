@@ -150,7 +150,7 @@ def test_an_ending_that_is_no_format_is_refused_with_those_that_are(tmp_path: Pa
     (tmp_path / name).write_bytes(b"solid")
     with pytest.raises(nappe.Refused) as told:
         from_file(tmp_path / name)
-    assert told.value.field == "path" and ".obj, .off, .ply, .stl, points.eti or its folder" in str(told.value)
+    assert told.value.field == "path" and ".obj, .off, .ply, .stl, .pc2, points.eti or its folder" in str(told.value)
     assert str(tmp_path / name) in str(told.value)
 
 

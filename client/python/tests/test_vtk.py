@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 import zlib
 from dataclasses import replace
@@ -14,9 +15,11 @@ import pytest
 from test_saving import FRAMES, HASH, SHEET, SNOW, tetrahedron, trajectory
 from test_topology import SHAPES
 
+import nappe
 from nappe import v1
 from nappe._save._solids import reference, scene_around, surface
 from nappe._save._trajectory import Trajectory
+from nappe._server._launch import program
 from nappe._wire._colliders import Collider
 from nappe._wire._errors import Error
 from nappe._wire._reports import ColliderLoad
@@ -24,6 +27,13 @@ from nappe._wire._reports import ColliderLoad
 MARK = b'<AppendedData encoding="raw">\n_'
 TYPES = {"Float32": "<f4", "Float64": "<f8", "Int32": "<i4"}
 NO_TURN = (0.0, 0.0, 0.0, 1.0)
+# Two frames as the command saves them, which its own tests compare byte by byte.
+GOLDEN = Path(__file__).parents[2] / "cli" / "tests" / "golden"
+
+
+def golden_positions(frame: int) -> np.ndarray[Any, Any]:
+    """The positions of a committed frame; velocities are a third of them per second."""
+    return (0.1 * np.arange(24) - 0.7 + 0.02 * frame).reshape(-1, 3)
 
 
 class Vtp:
@@ -219,6 +229,90 @@ def test_vtk_reads_the_numbers_that_were_written(tmp_path: Path) -> None:
                 assert np.array_equal(vtk_to_numpy(data.GetCellData().GetArray("body")), own.array("CellData", "body"))
                 names = data.GetFieldData().GetAbstractArray("body_names")
                 assert [names.GetValue(at) for at in range(names.GetNumberOfValues())] == ["sheet", "snow"]
+
+
+def test_the_committed_files_hold_the_numbers_of_their_frames() -> None:
+    frames = listed(GOLDEN / "two.pvd", "particles")
+    assert [time for time, _ in frames] == [0.0, 0.02]
+    for index, (time, file) in enumerate(frames):
+        vtp, positions = Vtp(GOLDEN / file), golden_positions(index)
+        assert np.array_equal(vtp.array("Points", "Points"), positions)
+        assert np.array_equal(vtp.array("PointData", "velocity"), positions / 3)
+        assert vtp.texts("body_names") == ["sheet", '12 <&> "é"', "rope"]
+        assert (vtp.numbers("TimeValue"), vtp.numbers("step")) == ([time], [2 * index])
+        assert vtp.array("CellData", "body").tolist() == [1, 1, 2, 0, 0]
+        assert vtp.array("Lines", "connectivity").tolist() == [6, 7]
+    last = Vtp(GOLDEN / frames[1][1])
+    assert (last.numbers("kinetic_energy"), last.numbers("load_force")) == ([0.1 + 0.2], [0.1, -2.5, 1e21])
+    poses = [Vtp(GOLDEN / file) for _, file in listed(GOLDEN / "two.pvd", "colliders")]
+    assert poses[0].numbers("collider_position") == [0, -1, 0, 2, 0, 0, 0, -1.5, 0]
+    assert poses[1].numbers("collider_position") == [0, -0.99, 0, 2, 0.25, 0, 0, -1.5, 0]
+
+
+def test_vtk_reads_the_committed_files() -> None:
+    pytest.importorskip("vtkmodules", reason="VTK is not installed, which this test needs alone")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    for index, (time, file) in enumerate(listed(GOLDEN / "two.pvd", "particles")):
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName(str(GOLDEN / file))
+        reader.Update()
+        data = reader.GetOutput()
+        assert np.array_equal(vtk_to_numpy(data.GetPoints().GetData()), golden_positions(index))
+        assert (data.GetNumberOfVerts(), data.GetNumberOfLines(), data.GetNumberOfPolys()) == (2, 1, 2)
+        names = data.GetFieldData().GetAbstractArray("body_names")
+        assert [names.GetValue(at) for at in range(names.GetNumberOfValues())] == ["sheet", '12 <&> "é"', "rope"]
+        assert vtk_to_numpy(data.GetFieldData().GetArray("TimeValue")).tolist() == [time]
+
+
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+@pytest.mark.parametrize(
+    ("scene", "steps"),
+    [("demo", 40), ("flag", 8), ("gripper", 80), ("five_sheets", 8), ("snow_and_cloth", 20), ("two_snowballs", 4)],
+)
+def test_vtk_reads_the_files_of_the_command_as_the_session_has_them(
+    server: nappe.Server, tmp_path: Path, scene: str, steps: int, precision: str
+) -> None:
+    pytest.importorskip("vtkmodules", reason="VTK is not installed, which this test needs alone")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    command = Path(program()).with_name("nappe")
+    if not command.is_file():
+        pytest.skip("the command is not beside the server, and this test needs it")
+    path = tmp_path / "run.pvd"
+    run = [command, "run", scene, "--steps", str(steps), "--precision", precision, "--fields", "velocity"]
+    subprocess.run([*run, "--quiet", "--save", path], check=True, stdout=subprocess.DEVNULL)
+    with server.create(scene, step_limit=steps, precision=precision) as session:
+        whole = session.trajectory(fields=("positions", "velocities"), precision=precision)
+    frames = listed(path, "particles")
+    assert [time for time, _ in frames] == whole.time.tolist()
+    for index, (time, file) in enumerate(frames):
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName(str(tmp_path / file))
+        reader.Update()
+        data = reader.GetOutput()
+        points = vtk_to_numpy(data.GetPoints().GetData())
+        assert points.dtype == whole.positions.dtype and np.array_equal(points, whole.positions[index])
+        assert np.array_equal(vtk_to_numpy(data.GetPointData().GetArray("velocity")), whole.velocities[index])
+        assert vtk_to_numpy(data.GetFieldData().GetArray("TimeValue")).tolist() == [time]
+        if len(whole.topology.triangles):
+            corners = vtk_to_numpy(data.GetPolys().GetConnectivityArray())
+            assert np.array_equal(corners.reshape(-1, 3), whole.topology.triangles)
+    if not whole.topology.colliders:
+        return
+    for (_, file), poses in zip(listed(path, "colliders"), whole.poses, strict=True):
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName(str(tmp_path / file))
+        reader.Update()
+        told = reader.GetOutput().GetFieldData()
+        names = told.GetAbstractArray("collider_names")
+        at = {names.GetValue(number): number for number in range(names.GetNumberOfValues())}
+        for name, (position, turn) in poses.items():
+            # As the file of the frame in which a collider moved last has them.
+            assert vtk_to_numpy(told.GetArray("collider_position"))[at[name]].tolist() == list(position)
+            assert np.allclose(vtk_to_numpy(told.GetArray("collider_turn"))[at[name]], turn, atol=1e-7)
 
 
 def test_a_vtkhdf_file_needs_h5py_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,12 +12,13 @@ import {
 } from './gen/nappe/v1/simulation_pb.ts';
 import { call, type Method, type Target } from './grpcweb.ts';
 import {
-  createRequest, forkRequest, named, pauseRequest, playRequest, stepRequest, updateRequest,
-  type CreateOptions, type ForkOptions, type PauseOptions, type PlayOptions, type SessionRef, type StepOptions, type UpdateOptions,
+  createRequest, forkRequest, linkRequest, named, pauseRequest, playRequest, stepRequest, updateRequest,
+  type CreateOptions, type ForkOptions, type LinkOptions, type PauseOptions, type PlayOptions, type SessionRef, type StepOptions, type UpdateOptions,
 } from './requests.ts';
 import { diagnostics, frames, topology, type FrameOptions, type StreamOptions } from './streams.ts';
 import { readTarget, readToken, type ConnectOptions } from './target.ts';
-import { fileUpload, pieces, type MeshFile, type Uploaded } from './uploads.ts';
+import { savedFile } from './saved.ts';
+import { checkpointUpload, fileUpload, pieces, type MeshFile, type Uploaded } from './uploads.ts';
 import { writable } from './written.ts';
 import type { LiveFrame } from './frame.ts';
 import type { Diagnostics } from './gen/nappe/v1/frame_pb.ts';
@@ -75,7 +76,12 @@ export class Client {
     return this.#call(METHODS.makeLink, create(MakeLinkRequestSchema), signal, CALL_SECONDS);
   }
 
-  /** The token for a code, which is good for it once; empty if the server asks for none. */
+  /** A code for a link to one session: each who opens it may watch that session and work with copies of it, and there is no other for him. */
+  async makeSessionLink(session: SessionRef, options: LinkOptions = {}, signal?: AbortSignal): Promise<MakeLinkResponse> {
+    return this.#call(METHODS.makeLink, linkRequest(session, options), signal, CALL_SECONDS);
+  }
+
+  /** The token for a code, which is good for it as often as its link can be opened; empty if the server asks for none. */
   async openLink(code: string, signal?: AbortSignal): Promise<string> {
     const request = create(OpenLinkRequestSchema, { code: text(code, 'code') });
     return (await this.#call(METHODS.openLink, request, signal, CALL_SECONDS)).token;
@@ -104,6 +110,10 @@ export class Client {
   /** Sends a mesh file as it is, which the server reads and checks; a scene names the mesh by its id. */
   async uploadFile(file: MeshFile, signal?: AbortSignal): Promise<Uploaded> {
     const { header, bytes } = fileUpload(file);
+    return this.#upload(header, bytes, signal);
+  }
+
+  async #upload(header: ReturnType<typeof fileUpload>['header'], bytes: Blob, signal: AbortSignal | undefined): Promise<Uploaded> {
     const begin = create(BeginUploadRequestSchema, { header: { case: 'file', value: header } });
     const { uploadId } = await this.#call(METHODS.beginUpload, begin, signal, CALL_SECONDS);
     for await (const piece of pieces(bytes)) {
@@ -118,6 +128,10 @@ export class Client {
   async create(options: CreateOptions, signal?: AbortSignal): Promise<Created> {
     checkSignal(signal);
     const request = createRequest(options);
+    if (options.checkpoint !== undefined) {
+      const { header, bytes } = checkpointUpload(options.checkpoint);
+      request.scene = { case: 'checkpointId', value: (await this.#upload(header, bytes, signal)).meshId };
+    }
     const begun = options.begin === undefined ? null : readBegun(options.begin);
     if (begun !== null) request.begin = await sendBegun(this.#target, begun, signal);
     const answer = await this.#call(METHODS.createSession, request, signal, CREATE_SECONDS);
@@ -151,6 +165,12 @@ export class Client {
   /** Makes a session that stands where this one stands, to the bit, paused. */
   async fork(session: SessionRef, options: ForkOptions = {}, signal?: AbortSignal): Promise<Session> {
     return present(await this.#call(METHODS.forkSession, forkRequest(session, options), signal));
+  }
+
+  /** The file of a session, as it stands between two steps; it goes on. `create({ checkpoint })` goes on from there, to the bit. */
+  async save(session: SessionRef, signal?: AbortSignal): Promise<Uint8Array<ArrayBuffer>> {
+    checkSignal(signal);
+    return savedFile(this.#target, session, signal);
   }
 
   /** Ends a session and forgets it. */

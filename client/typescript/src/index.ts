@@ -8,7 +8,7 @@ export type { Numbers } from './arrays.ts';
 export { forcesOf, type CalledForces } from './forces.ts';
 export type { FieldName, LiveFrame } from './frame.ts';
 export type {
-  Changes, CreateOptions, ForkOptions, PauseOptions, PlayOptions, PrecisionName, SessionRef, StepOptions, UpdateOptions,
+  Changes, CreateOptions, ForkOptions, LinkOptions, PauseOptions, PlayOptions, PrecisionName, SessionRef, StepOptions, UpdateOptions,
 } from './requests.ts';
 export type { FrameOptions, StreamOptions } from './streams.ts';
 export type { Pose } from './poses.ts';

@@ -7,7 +7,7 @@ import { fieldNames, filled, flag, OPTIONS, real, record, text, whole, word, wro
 import { refused } from './errors.ts';
 import type { LiveFrame } from './frame.ts';
 import {
-  ChangesSchema, CreateSessionRequestSchema, ForkSessionRequestSchema, PauseSessionRequestSchema, PlaySessionRequestSchema, Precision,
+  ChangesSchema, CreateSessionRequestSchema, ForkSessionRequestSchema, MakeLinkRequestSchema, PauseSessionRequestSchema, PlaySessionRequestSchema, Precision,
   StepSessionRequestSchema, UpdateParametersRequestSchema,
 } from './gen/nappe/v1/simulation_pb.ts';
 
@@ -24,6 +24,11 @@ export interface CreateOptions {
   scene?: string;
   /** The text of a scene file (TOML). */
   sceneText?: string;
+  /**
+   * The file of a session that `save` gave, in place of a scene: the new session goes on from there at the same step, to the bit, also
+   * with snow. What is absent is as it was there.
+   */
+  checkpoint?: Blob | Uint8Array<ArrayBuffer>;
   /** 1 to 63 letters (a-z, A-Z), digits and '-', which is not the first. Absent: the server chooses. */
   sessionId?: string;
   precision?: PrecisionName;
@@ -83,6 +88,16 @@ export interface ForkOptions {
   stepLimit?: Whole;
 }
 
+/** A link to one session, for several who each get a token of their own. */
+export interface LinkOptions {
+  /** Copies that each who opens it may have at a time, at most 4; absent: none. */
+  forks?: Whole;
+  /** How often it can be opened, at most 1000; absent: once. */
+  uses?: Whole;
+  /** Seconds after which it ends, with the tokens that it gave, at most 43200; absent: as a link to everything. */
+  seconds?: Whole;
+}
+
 /** What a message is made from, once it was checked. */
 type Init<D extends DescMessage> = Omit<Exclude<MessageInitShape<D>, MessageShape<D>>, '$typeName'>;
 
@@ -94,20 +109,27 @@ export function named(session: SessionRef): { sessionId: string; sessionUid: str
   throw wrong(session, 'session', 'the id of a session, or a Session, which has its sessionId and its uid');
 }
 
-const CREATE = ['scene', 'sceneText', 'sessionId', 'precision', 'threadCount', 'stepLimit', 'frameIntervalSteps', 'rankCount', 'begin'];
+const CREATE = ['scene', 'sceneText', 'checkpoint', 'sessionId', 'precision', 'threadCount', 'stepLimit', 'frameIntervalSteps', 'rankCount', 'begin'];
 
-/** A request for a new session, without the frame that it begins at; its id makes a repeated one return the session of the first. */
+/** A request for a new session, without the frame or the file that it begins at; its id makes a repeated one return the session of the first. */
 export function createRequest(options: CreateOptions): MessageShape<typeof CreateSessionRequestSchema> {
-  const { scene, sceneText, precision, begin, ...rest } = record(options, OPTIONS, CREATE);
-  if ((scene === undefined) === (sceneText === undefined)) {
-    throw refused('a session has the name of a scene, or its text, and not both: give scene or sceneText', 'scene');
+  const { scene, sceneText, checkpoint, precision, begin, ...rest } = record(options, OPTIONS, CREATE);
+  if ([scene, sceneText, checkpoint].filter((given) => given !== undefined).length !== 1) {
+    throw refused('a session has the name of a scene, its text, or the file of a session: give one of scene, sceneText and checkpoint', 'scene');
   }
   return create(CreateSessionRequestSchema, {
     ...(filled(CreateSessionRequestSchema, rest, OPTIONS, CREATE) as Init<typeof CreateSessionRequestSchema>),
-    scene: scene === undefined ? { case: 'sceneText', value: text(sceneText, 'sceneText') } : { case: 'sceneName', value: text(scene, 'scene') },
+    scene: source(scene, sceneText),
     precision: precision === undefined ? Precision.UNSPECIFIED : { f32: Precision.F32, f64: Precision.F64 }[word(precision, 'precision', PRECISIONS)],
     requestId: uuid(),
   });
+}
+
+/** Where a scene comes from: its name, its text, or a file that is yet to be sent. */
+function source(scene: unknown, sceneText: unknown): MessageShape<typeof CreateSessionRequestSchema>['scene'] {
+  if (scene !== undefined) return { case: 'sceneName', value: text(scene, 'scene') };
+  if (sceneText !== undefined) return { case: 'sceneText', value: text(sceneText, 'sceneText') };
+  return { case: 'checkpointId', value: '' };
 }
 
 /** A request to play. */
@@ -145,6 +167,14 @@ const FORK = fieldNames(ForkSessionRequestSchema, ['sessionId', 'sessionUid']);
 export function forkRequest(session: SessionRef, options: ForkOptions): MessageShape<typeof ForkSessionRequestSchema> {
   const fields = filled(ForkSessionRequestSchema, options, OPTIONS, FORK) as Init<typeof ForkSessionRequestSchema>;
   return create(ForkSessionRequestSchema, { ...fields, ...named(session) });
+}
+
+const LINK = fieldNames(MakeLinkRequestSchema, ['sessionId']);
+
+/** A request for a link to one session. */
+export function linkRequest(session: SessionRef, options: LinkOptions): MessageShape<typeof MakeLinkRequestSchema> {
+  const fields = filled(MakeLinkRequestSchema, options, OPTIONS, LINK) as Init<typeof MakeLinkRequestSchema>;
+  return create(MakeLinkRequestSchema, { ...fields, sessionId: named(session).sessionId });
 }
 
 /** A random UUID. `crypto.randomUUID` is only there on pages that came over TLS or from loopback. */

@@ -32,6 +32,8 @@ export interface Body {
   masses: Float32Array<ArrayBuffer>;
   /** Volumes of its particles at rest (m³), or none of cloth. */
   volumes: Float32Array<ArrayBuffer>;
+  /** A figure is led by its frames, and to be drawn as solids are; null: an object of snow, or a body of an older server. */
+  role: 'cloth' | 'figure' | null;
 }
 
 /** What a session is made of. */
@@ -145,6 +147,7 @@ function readBody(parts: BodyTopology[], expected: number, particles: number): B
     color: parts[0].color === undefined ? null : channels(parts[0].color),
     masses: new Float32Array(bytes('massF32', 1)),
     volumes: new Float32Array(bytes('volumeF32', 1)),
+    role: ([null, 'cloth', 'figure'] as const)[parts[0].role] ?? null,
   };
   if (body.uv.length !== 0 && body.uv.length !== 2 * particleCount) {
     throw broken(`topology: body '${name}' has ${body.uv.length / 2} texture coordinates for ${particleCount} particles`);

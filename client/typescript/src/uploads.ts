@@ -58,6 +58,12 @@ export function fileUpload(file: MeshFile): { header: MessageShape<typeof FileHe
   return { header, bytes: new Blob(parts) };
 }
 
+/** What the file of a session announces, and all its bytes. */
+export function checkpointUpload(file: unknown): { header: MessageShape<typeof FileHeaderSchema>; bytes: Blob } {
+  const bytes = bytesOf(file, 'checkpoint');
+  return { header: create(FileHeaderSchema, { format: FileFormat.CHECKPOINT, byteCount: BigInt(bytes.size) }), bytes };
+}
+
 /** The bytes in pieces, each with the place where it begins; no more than one is in memory. */
 export async function* pieces(bytes: Blob): AsyncGenerator<{ offset: bigint; data: Uint8Array<ArrayBuffer> }> {
   for (let at = 0; at < bytes.size; at += PIECE_BYTES) {

@@ -122,7 +122,7 @@ test('what is no session, no signal and no option is refused by every call', asy
   const withOptions = [
     (session, options, signal) => client.play(session, options, signal), (session, options, signal) => client.pause(session, options, signal),
     (session, options, signal) => client.step(session, 1, options, signal), (session, options, signal) => client.update(session, options ?? {}, signal),
-    (session, options, signal) => client.fork(session, options, signal),
+    (session, options, signal) => client.fork(session, options, signal), (session, options, signal) => client.makeSessionLink(session, options, signal),
   ];
   const streams = [(session, options) => client.frames(session, options), (session, options) => client.diagnostics(session, options)];
   for (const call of [...calls, ...withOptions, ...streams]) {

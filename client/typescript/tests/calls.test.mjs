@@ -38,6 +38,27 @@ test('a code is traded for the token once', async () => {
   for (const wrong of [code, '0'.repeat(32), '', 'x'.repeat(1000)]) await assert.rejects(connect(server.address).openLink(wrong), ({ reason }) => reason !== null, wrong);
 });
 
+test('a link to one session gives tokens for it and for copies of it', async () => {
+  const shown = await client.create({ scene: 'flag', sessionId: 'shown', stepLimit: 0n });
+  const { code, expiresInSeconds } = await client.makeSessionLink(shown, { forks: 1, uses: 2n, seconds: 60 });
+  assert.equal(expiresInSeconds, 60);
+  const pupils = [];
+  for (let i = 0; i < 2; i++) {
+    const pupil = connect(server.address);
+    pupil.setToken(await pupil.openLink(code));
+    pupils.push(pupil);
+  }
+  await assert.rejects(connect(server.address).openLink(code), { reason: 'LINK_NOT_FOUND' });
+  const copy = await pupils[0].fork('shown');
+  await assert.rejects(pupils[0].fork('shown'), { reason: 'LINK_TOO_NARROW' });
+  await assert.rejects(pupils[0].step('shown'), { reason: 'LINK_TOO_NARROW' });
+  assert.equal((await pupils[0].step(copy, 2)).step, 2n);
+  await assert.rejects(pupils[1].get(copy), { reason: 'SESSION_NOT_FOUND' });
+  assert.deepEqual((await pupils[1].list()).map(({ sessionId }) => sessionId), ['shown']);
+  await assert.rejects(client.makeSessionLink('shown', { forks: 5 }), { reason: 'INVALID_FIELD' });
+  for (const session of [copy, shown]) await client.delete(session);
+});
+
 test('a session is made, stepped, played, paused and deleted', async () => {
   const made = await client.create({ scene: 'flag', sessionId: 'steered', precision: 'f64', stepLimit: 0n, threadCount: 1 });
   assert.deepEqual([made.sessionId, made.state, made.warnings], ['steered', SessionState.PAUSED, []]);

@@ -9,7 +9,7 @@ const { FrameJoiner } = await load('src/frame.ts');
 const { Pieces } = await load('src/framing.ts');
 const { sameTopology, TopologyJoiner } = await load('src/topology.ts');
 const { meshOf } = await load('src/colliders.ts');
-const { Encoding, Field, FrameSchema, TopologySchema } = await load('src/gen/nappe/v1/frame_pb.ts');
+const { BodyRole, Encoding, Field, FrameSchema, TopologySchema } = await load('src/gen/nappe/v1/frame_pb.ts');
 
 /** Repeatable, uniform in 0 to 1. */
 function random(seed) {
@@ -150,7 +150,8 @@ test('a frame in the making is void where a stream begins anew', () => {
 const u32 = (...numbers) => bytes(Uint32Array.from(numbers));
 
 test('a body goes on from piece to piece, and begins anew with piece 0', () => {
-  const body = (name, firstParticle, particleCount, triangles) => ({ name, firstParticle, particleCount, trianglesU32: triangles });
+  const roles = { a: BodyRole.CLOTH, b: BodyRole.FIGURE };
+  const body = (name, firstParticle, particleCount, triangles) => ({ name, firstParticle, particleCount, trianglesU32: triangles, role: roles[name] ?? 7 });
   const joiner = new TopologyJoiner();
   const piece = (index, bodies) => topology(1, 7, bodies, { chunk: { index, count: 3 }, colliders: index === 0 ? [{ name: 'ball', shape: { case: 'sphere', value: { radius: 1 } } }] : [] });
   const lent = u32(0, 1, 2);
@@ -163,6 +164,7 @@ test('a body goes on from piece to piece, and begins anew with piece 0', () => {
   const whole = joiner.add(piece(2, [body('c', 6, 1, u32())]));
   const lists = whole.bodies.map(({ name, triangles }) => [name, ...triangles]);
   assert.deepEqual(lists, [['a', 0, 1, 2], ['b', 5, 5, 5], ['c']]);
+  assert.deepEqual(whole.bodies.map(({ role }) => role), ['cloth', 'figure', null]);
   assert.equal(whole.colliders[0].name, 'ball');
   assert.ok(sameTopology(whole, { ...whole, bodies: structuredClone(whole.bodies) }));
   const other = structuredClone(whole.bodies);

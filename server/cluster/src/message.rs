@@ -9,7 +9,7 @@ use nappe_sim::{
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages: both ends are of the same program.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 9");
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 10");
 
 /// What shows that a connection is the one that was expected.
 pub type Token = [u8; 16];

@@ -156,6 +156,11 @@ impl Body {
         fabric.map_or(self.mass, |fabric| Some(Mass::Density(fabric.density)))
     }
 
+    /// The table of its springs, if it names one.
+    pub(crate) fn springs_file(&self) -> Option<&str> {
+        self.springs.as_ref()?.file.as_deref()
+    }
+
     /// All its laws of elements: those that it names, and those of its fabric.
     pub(crate) fn laws_of_all(&self) -> Cow<'_, [ElementLaw]> {
         match &self.material {
@@ -289,8 +294,11 @@ pub enum Mass {
 }
 
 /// Springs of a body.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Springs {
+    /// A table of all springs, its path relative to the scene's folder, in place of the other keys.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// Between which particles; none: lattice for a grid, edges for other meshes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pattern: Option<Pattern>,

@@ -262,7 +262,7 @@ static MESH: Section = Section {
     about: "A closed triangle mesh: each edge has two triangles, which run along it in opposite directions. Points with the same coordinates count as one, a triangle that is there twice counts once, and a mesh that is turned inside out is turned round; masses mean nothing here. A scene has at most 200000 triangles in the meshes of its colliders.",
     keys: &[
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply or .stl, also packed as .obj.gz and so on, or a folder of .eti files"),
-        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus: a mesh that comes with nappe"),
+        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus, walker or tunic: meshes that come with nappe"),
         key("weld", Number(WELD), "m", Preset("0.0"), "points nearer to each other than this become one, before the transform and before holes are closed; 0: none but those with the same coordinates. Points that only others between them join become one too. Triangles that lose a corner are left out. At most a tenth of the mesh's median edge; 1e-6 joins points at the same place"),
         key("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh: scale, then rotate, then translate"),
         key("close_holes", Flag, "", Preset("false"), "true: each loop of at most 64 open edges is filled by a fan of triangles from its first point; false: a mesh with an open edge is refused"),

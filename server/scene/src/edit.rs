@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn values_are_put_where_keys_lead() {
         let scene = with("body.cloth.springs.bend.stiffness", "7.5").expect("a value");
-        let springs = scene.bodies[0].springs.expect("springs");
+        let springs = scene.bodies[0].springs.as_ref().expect("springs");
         assert_eq!(springs.bend.map(|law| law.stiffness), Some(7.5));
         assert_eq!(with("gravity.1", "-1").expect("a value").gravity, [0.0, -1.0, 0.0]);
         assert_eq!(with("body.0.drag", "0.5").expect("a value").bodies[0].drag, 0.5);

@@ -2,7 +2,7 @@
 //!
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
-use nappe_sim::cloth::Repeat;
+use nappe_sim::cloth::{FIRMNESS, Repeat};
 use serde::{Deserialize, Serialize};
 
 use crate::{body::Mesh, names, transform::Transform};
@@ -22,11 +22,18 @@ pub struct Figure {
     pub transform: Transform,
     /// Distance (m) that it keeps from cloth, half of which counts as that of a body does.
     pub thickness: f64,
+    /// Pressure (N) on each square metre by which it gives way by 1 m (N/m³).
+    #[serde(default = "firmness")]
+    pub firmness: f64,
     /// Where its points are over time.
     pub frames: FigureFrames,
     /// When its first frame passes (s): until then it holds.
     #[serde(default, skip_serializing_if = "names::is_default")]
     pub start: f64,
+}
+
+const fn firmness() -> f64 {
+    FIRMNESS
 }
 
 /// Where the points of a figure are over time.

@@ -109,7 +109,15 @@ pub fn load_springs(
     points: usize,
     options: &ReadOptions,
 ) -> Result<Vec<MeshSpring>, SceneError> {
-    read_springs_csv(&text(path, options)?, &path.display().to_string(), points)
+    read_springs_csv(&load_text(path, options)?, &path.display().to_string(), points)
+}
+
+/// Reads the text of a file of parameters or springs.
+///
+/// # Errors
+/// A file that cannot be read, or is no text.
+pub fn load_text(path: &Path, options: &ReadOptions) -> Result<String, SceneError> {
+    Ok(text::text(&read(path, options)?, &path.display().to_string())?.into_owned())
 }
 
 /// Reads frames of points from a PC2 file ([`read_pc2`]).
@@ -197,7 +205,7 @@ pub fn load_object(
 /// # Errors
 /// A file that cannot be read, or an error in it.
 pub fn load_simu(path: &Path) -> Result<SimuParameters, SceneError> {
-    SimuParameters::parse(&text(path, &ReadOptions::default())?, &path.display().to_string())
+    SimuParameters::parse(&load_text(path, &ReadOptions::default())?, &path.display().to_string())
 }
 
 /// Reads an object file of the course.
@@ -205,7 +213,7 @@ pub fn load_simu(path: &Path) -> Result<SimuParameters, SceneError> {
 /// # Errors
 /// A file that cannot be read, or an error in it.
 pub fn load_object_parameters(path: &Path) -> Result<ObjectParameters, SceneError> {
-    ObjectParameters::parse(&text(path, &ReadOptions::default())?, &path.display().to_string())
+    ObjectParameters::parse(&load_text(path, &ReadOptions::default())?, &path.display().to_string())
 }
 
 /// Mesh files beside a scene file, for scenes of the user's own; no uploads.
@@ -228,6 +236,10 @@ impl MeshSource for Folder {
 
     fn frames_file(&self, path: &str) -> Result<PointFrames, SceneError> {
         load_frames(&self.folder.join(path), &self.options)
+    }
+
+    fn springs_file(&self, path: &str, points: usize) -> Result<Vec<MeshSpring>, SceneError> {
+        load_springs(&self.folder.join(path), points, &self.options)
     }
 }
 
@@ -317,11 +329,6 @@ fn stays(path: &Path) -> SceneError {
 
 fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
-}
-
-/// Text of a mesh or parameter file.
-fn text(path: &Path, options: &ReadOptions) -> Result<String, SceneError> {
-    Ok(text::text(&read(path, options)?, &path.display().to_string())?.into_owned())
 }
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, SceneError> {

@@ -16,6 +16,9 @@ pub struct Rest {
     /// Time (s) over which it may add up; none: as long as the scene lasts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
+    /// Whether what is calm sleeps; none: it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sleep: Option<bool>,
 }
 
 impl Rest {
@@ -29,6 +32,6 @@ impl Rest {
                 "is missing: a scene without an end says over how many seconds the error may add up";
             at.key("within").error(ErrorKind::Missing, message)
         })?;
-        Ok(RestSettings { error: self.error, within })
+        Ok(RestSettings { error: self.error, within, sleep: self.sleep.unwrap_or(true) })
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
+use std::iter;
+
 use nappe_sim::{cloth::SurfaceSettings, math::Precision};
 use serde::{Deserialize, Serialize};
 use toml::{
@@ -10,7 +12,7 @@ use toml::{
 };
 
 use crate::{
-    body::{Body, Mesh},
+    body::{Body, Mesh, Springs},
     collider::ColliderText,
     contact,
     error::{ErrorKind, Found, SceneError, SceneErrors},
@@ -130,6 +132,7 @@ impl Scene {
         let old_keys = check(&table, &source)?;
         let mut scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
         scene.source = source.with_old_keys(old_keys);
+        scene.check_tables()?;
         Ok(scene)
     }
 
@@ -146,7 +149,17 @@ impl Scene {
         self.bodies.iter().map(|body| &body.mesh).chain(figures).chain(snow).chain(colliders)
     }
 
-    /// The same, to be changed.
+    /// The files of its meshes, each with the table of springs that a body takes it with, if it names one.
+    pub fn mesh_files(&self) -> impl Iterator<Item = (&str, Option<&str>)> {
+        // Bodies come first among the meshes.
+        let tables = self.bodies.iter().map(Body::springs_file).chain(iter::repeat(None));
+        self.meshes().zip(tables).filter_map(|(mesh, table)| match mesh {
+            Mesh::File { file, .. } => Some((file.as_str(), table)),
+            Mesh::Grid { .. } | Mesh::Chain { .. } | Mesh::CourseGrid { .. } | Mesh::Upload { .. } => None,
+        })
+    }
+
+    /// Its meshes, to be changed.
     pub fn meshes_mut(&mut self) -> impl Iterator<Item = &mut Mesh> {
         let snow = self.snow.iter_mut().flat_map(|snow| &mut snow.objects).filter_map(SnowBody::mesh_mut);
         let colliders =
@@ -176,6 +189,30 @@ impl Scene {
             SceneError::new(ErrorKind::Syntax, "", message)
         })?;
         check(&table, &self.source.without_text())?;
+        self.check_tables()?;
+        Ok(())
+    }
+
+    /// Tables of springs go with mesh files, and with no other springs.
+    fn check_tables(&self) -> Result<(), SceneError> {
+        let bodies = Location::root(&self.source).key("body");
+        for (i, body) in self.bodies.iter().enumerate() {
+            let Some(Springs { file: Some(_), pattern, stretch, shear, bend }) = &body.springs else {
+                continue;
+            };
+            let at = bodies.index(i).key("springs");
+            let laws = [("stretch", stretch), ("shear", shear), ("bend", bend)].into_iter();
+            let given = laws.filter(|(_, law)| law.is_some()).map(|(key, _)| key);
+            if let Some(key) = pattern.map(|_| "pattern").into_iter().chain(given).next() {
+                let message = "does not go with `file`: a table has all springs, each with a stiffness and a damping of its own";
+                return at.key(key).inconsistent(message);
+            }
+            if !matches!(body.mesh, Mesh::File { .. }) {
+                let message = "is a table of springs, which goes with a mesh that is a file too: `nappe mesh grid` writes one; allowed \
+                               here: stretch, and with an upload that has springs pattern = \"file\"";
+                return at.key("file").inconsistent(message);
+            }
+        }
         Ok(())
     }
 }

@@ -172,6 +172,9 @@ pub struct SnowBody {
     /// What becomes of space that it shares with earlier objects, or that parts of its mesh share.
     #[serde(default, skip_serializing_if = "names::is_default")]
     pub overlap: Overlap,
+    /// Name of a sticky collider that its particles within half a cell are held to; none: they are not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attach: Option<String>,
 }
 
 impl SnowBody {
@@ -194,6 +197,7 @@ impl SnowBody {
             noise_length: None,
             volume: VolumeFrom::default(),
             overlap: Overlap::default(),
+            attach: None,
         }
     }
 

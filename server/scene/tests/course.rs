@@ -42,7 +42,7 @@ fn scene(
 fn the_files_become_a_scene() {
     let (scene, warnings) = scene(SIMU, &[OBJECT], MecasimOptions::default()).unwrap();
     let body = &scene.bodies[0];
-    let springs = body.springs.unwrap();
+    let springs = body.springs.as_ref().unwrap();
     assert_eq!((scene.dt, scene.steps, scene.gravity), (0.0025, 100, [0.0, -9.8, 0.0]));
     let stretch = springs.stretch.expect("springs of stretch");
     assert_eq!((stretch.stiffness, stretch.damping, body.drag), (15000.0, 0.01, 0.0));

@@ -324,3 +324,31 @@ fn a_closed_mesh_is_filled_and_an_open_one_named() {
         "scene.toml:9:8: snow.object[0].mesh: is not closed: the edge from point 1 at (1, 0, 0) to point 2 at (0, 1, 0) has 1 triangle, and each edge of a closed surface has two; 2 other edges are open too"
     );
 }
+
+#[test]
+fn an_object_is_attached_to_a_sticky_collider_that_stands_or_an_error_says_what_is_needed() {
+    let scene = |attach: &str, preset: &str, collider: &str| {
+        format!(
+            "version = 1\ndt = 0.01\n\n[snow]\ncell = 0.1\n\n[[snow.object]]\nname = \"bar\"\nattach = \"{attach}\"\n\
+             box = {{ min = [0, -1, 0], max = [0.4, 0, 0.4] }}\nmaterial = {{ preset = \"{preset}\" }}\n\n\
+             [[collider]]\nname = \"ceiling\"\nplane = {{ point = [0, 0, 0], normal = [0, -1, 0] }}\n{collider}\n"
+        )
+    };
+    let sticky = "contact = \"sticky\"";
+    let built = world(&scene("ceiling", "elastic", sticky));
+    assert_eq!(built.snow.expect("snow").objects[0].attach.as_deref(), Some("ceiling"));
+
+    let moving = format!("{sticky}\nvelocity = [0, 1, 0]");
+    for (text, part) in [
+        (scene("ceilin", "elastic", sticky), "did you mean 'ceiling'?"),
+        (scene("ceiling", "elastic", ""), "needs contact = \"sticky\""),
+        (scene("ceiling", "elastic", &moving), "needs a collider that stands"),
+        (scene("ceiling", "stomakhin", sticky), "cannot yield"),
+        (scene("ceiling", "elastic", sticky).replace("[0, 0, 0]", "[0, 1, 0]"), "within half a cell"),
+    ] {
+        let errors = build(&text).expect_err("it cannot be attached");
+        let error = errors.first();
+        assert_eq!(error.line, 9, "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}

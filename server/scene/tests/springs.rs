@@ -1,10 +1,11 @@
 //! Springs that a mesh carries: written to a PLY and read back, taken by a scene, and refused.
 
-use std::{fmt::Write as _, sync::Arc};
+use std::{env, fmt::Write as _, fs, process, sync::Arc};
 
 use nappe_scene::{
     Built, ErrorKind, MeshSource, NoMeshes, Scene, SceneError, SceneLimits,
-    mesh::{course_grid, read_ply, write_ply},
+    files::{Existing, Folder, ReadOptions, save_mesh},
+    mesh::{course_grid, read_ply, springs_csv, write_ply},
 };
 use nappe_sim::{
     math::Precision,
@@ -155,6 +156,71 @@ fn a_cloth_with_its_edges_in_a_ply_is_the_same_to_the_bit() {
     assert_eq!((size.springs, size.cloth_particles), (network.springs.len() as u64, 100));
     let again = Scene::parse(&text, "scene.toml").expect("a scene").to_toml();
     assert_eq!(build(&again, &meshes).expect("a scene").setup, built.setup);
+}
+
+#[test]
+fn a_cloth_with_its_edges_in_a_table_is_the_same_to_the_bit() {
+    let law = "stretch = { stiffness = 15000, damping = 0.01 }, bend = { stiffness = 100 }";
+    let formula = build(&scene("course_grid = 10", law, ""), &NoMeshes).expect("a scene");
+    let network = &formula.setup.bodies[0].network;
+    let springs: Vec<MeshSpring> = network
+        .springs
+        .iter()
+        .map(|spring| MeshSpring {
+            points: spring.particles,
+            kind: spring.kind,
+            stiffness: spring.law.stiffness,
+            damping: spring.law.damping,
+            rest_length: Some(spring.rest_length),
+        })
+        .collect();
+    let folder = env::temp_dir().join(format!("nappe-springs-{}", process::id()));
+    fs::create_dir_all(&folder).expect("a folder");
+    save_mesh(&folder.join("drap10.ply"), &course_grid(10, 10, 0.1), Existing::Overwritten).expect("written");
+    let table = springs_csv(&springs);
+    fs::write(folder.join("springs.csv"), &table).expect("written");
+    fs::write(folder.join("far.csv"), format!("{table}99,100,5,0,,stretch\n")).expect("written");
+
+    let meshes = Folder { folder: folder.clone(), options: ReadOptions::default() };
+    let of = |name: &str| scene("file = \"drap10.ply\"", &format!("file = \"{name}\""), "");
+    let built = build(&of("springs.csv"), &meshes).expect("a scene");
+    let far = build(&of("far.csv"), &meshes).expect_err("no point 100");
+    let absent = build(&of("none.csv"), &meshes).expect_err("no such file");
+    fs::remove_dir_all(&folder).expect("it was just made");
+
+    assert_eq!(built.setup.bodies[0].network, *network);
+    assert_eq!(hash(&built), hash(&formula));
+    let line = springs.len() + 2;
+    let told = format!("far.csv:{line}:4: names point '100'; allowed: 0 to 99, the points of the mesh");
+    assert!(far.ends_with(&told), "{far}, not {told}");
+    assert!(
+        absent.contains("scene.toml:7:") && absent.contains("none.csv, which cannot be read"),
+        "{absent}"
+    );
+}
+
+#[test]
+fn a_table_of_springs_goes_with_a_mesh_file_and_with_no_other_springs() {
+    let file = "file = \"springs.csv\"";
+    let mesh = "file = \"a.ply\"";
+    for (text, told) in [
+        (
+            scene(mesh, &format!("{file}, pattern = \"edges\""), ""),
+            "body[0].springs.pattern: does not go with `file`",
+        ),
+        (
+            scene(mesh, &format!("{file}, bend = {{ stiffness = 1 }}"), ""),
+            "body[0].springs.bend: does not go with `file`",
+        ),
+        (scene("grid = [2, 2], spacing = 1", file, ""), "body[0].springs.file: is a table of springs"),
+        (scene("upload = \"m\"", file, ""), "body[0].springs.file: is a table of springs"),
+    ] {
+        let error = build(&text, &NoMeshes).expect_err(told);
+        assert!(error.starts_with("scene.toml:7:") && error.contains(told), "{error}, not {told}");
+    }
+    let refused = One(Arc::new(TriangleMesh::grid(2, 2, 1.0)));
+    let error = build(&scene(mesh, file, ""), &refused).expect_err("no tables are opened there");
+    assert!(error.contains("no tables of springs are opened here"), "{error}");
 }
 
 #[test]

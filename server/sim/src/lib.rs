@@ -5,6 +5,7 @@
 //! number of threads. Modules in reading order:
 
 mod bits;
+mod names;
 pub mod math;
 pub mod interrupt;
 pub mod parallel;

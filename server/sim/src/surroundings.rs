@@ -15,6 +15,9 @@ pub struct Surroundings<'a> {
     pub time: f64,
     /// The world's time step (s); each body divides it into steps of its own.
     pub dt: f64,
+    /// How many of the steps that a scene asks for one of a body is long: more than 1 where a cloth sleeps. Contacts stay as stiff as in
+    /// one step.
+    pub steps: f64,
     /// Looked at within the step, which fails once it is requested.
     pub interrupt: &'a Interrupt,
 }

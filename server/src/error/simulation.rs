@@ -13,31 +13,9 @@ use nappe_sim::{
 use super::service_error::ServiceError;
 use crate::state::FileError;
 
-/// The reason that stands for the failure of a step.
-pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
-    match failure {
-        StepFailure::NotFinite { .. } | StepFailure::Collapsed { .. } => Reason::NotFinite,
-        StepFailure::Stretch { .. } => Reason::StretchLimit,
-        StepFailure::Energy { .. } => Reason::EnergyLimit,
-        StepFailure::Solver { .. } => Reason::SolverFailed,
-        StepFailure::TimeStep { .. } => Reason::TimeStepLimit,
-        StepFailure::Substeps { .. } => Reason::SubstepLimit,
-        StepFailure::Descent { .. } => Reason::PotentialDescent,
-        StepFailure::EnergyGain { .. } => Reason::EnergyGain,
-        StepFailure::Unbalanced { .. } => Reason::MomentumBalance,
-        StepFailure::Missed { .. } => Reason::StepAccuracy,
-        StepFailure::Inaccurate { .. } => Reason::ErrorTolerance,
-        StepFailure::Passed { .. } => Reason::ColliderPassed,
-        StepFailure::Contact { .. } | StepFailure::Crowded { .. } => Reason::Contact,
-        StepFailure::PairMemory { .. } => Reason::ServerMemoryFull,
-        StepFailure::NeverStable { .. } => Reason::NeverStable,
-        StepFailure::NodeSpeed { .. } => Reason::NodeSpeed,
-        StepFailure::Deformation { .. } => Reason::DeformationLimit,
-        StepFailure::OutOfRange { .. } => Reason::OutOfRange,
-        StepFailure::GridMemory { .. } => Reason::GridMemory,
-        StepFailure::Mass { .. } => Reason::MassLost,
-        StepFailure::Interrupted => Reason::StepsInterrupted,
-    }
+/// The reason that stands for the failure of a step: that of its word.
+pub(crate) fn step_reason(failure: &StepFailure) -> Reason {
+    Reason::of(failure.reason()).expect("the word of each failure of a step is that of a reason")
 }
 
 impl From<Interrupted> for ServiceError {
@@ -120,9 +98,9 @@ impl From<&ChangeError> for ServiceError {
                 .with("particle", particle)
                 .with("particle_count", count)
                 .at_field("forces.particles_u32", message),
-            ChangeError::OnFigure { figure: body, .. } | ChangeError::SnowOverRanks { body } => {
-                refused.with("body", body).at_field("body", message)
-            }
+            ChangeError::OnFigure { figure: body, .. }
+            | ChangeError::Attached { object: body, .. }
+            | ChangeError::SnowOverRanks { body } => refused.with("body", body).at_field("body", message),
             ChangeError::NotPinned { particle } => {
                 refused.with("particle", particle).at_field("pins.particle", message)
             }

@@ -3,7 +3,7 @@
 //! Enters: the folder of the server. Leaves: sessions, with their ids, their uids and the requests that made them. What cannot be taken
 //! stays in the folder, and is named in the log.
 
-use std::{error::Error, ffi::OsStr, sync::Arc};
+use std::{error::Error, ffi::OsStr, io, sync::Arc};
 
 use nappe_proto::v1;
 use nappe_scene::printable;
@@ -13,7 +13,7 @@ use uuid::Uuid;
 use super::{create::resources, request_ids::CreatedSession, shared::Shared, validate};
 use crate::{
     config::Limits,
-    error::ServiceError,
+    error::{Reason, ServiceError},
     scenes::Checkpoint,
     session::{Keeping, RankCounts, RevivedOptions, Session, revive},
     state::{Opened, Record, SessionFolder, StateFolder, StatePlace, records, told_session},
@@ -28,12 +28,31 @@ struct Found {
     /// As the session was described.
     told: v1::Session,
     /// What happened since.
-    records: Vec<Record<'static>>,
+    logs: Logs,
     /// The highest number of a state or a log.
     last_number: u64,
 }
 
-/// Makes the sessions again that the folder of the server has, all at a time.
+/// What the logs since a state say, up to the first record that is missing.
+#[derive(Default)]
+struct Logs {
+    records: Vec<Record<'static>>,
+    /// A log whose end is damaged: how many of its bytes are good, and how many there are.
+    cut: Option<(StatePlace, [u64; 2])>,
+    /// Logs that follow what is missing.
+    after: Vec<StatePlace>,
+}
+
+/// When a session is made again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Turn {
+    WithOthers,
+    /// After all others.
+    Last,
+}
+
+/// Makes the sessions again that the folder of the server has, all at a time. Making one takes more than having it: what there is no
+/// room or no time for then is made once the others stand.
 pub(crate) async fn restore(shared: &Arc<Shared>) {
     let Some(state) = shared.state.clone() else { return };
     let found = match spawn_blocking(move || list(&state)).await {
@@ -46,12 +65,20 @@ pub(crate) async fn restore(shared: &Arc<Shared>) {
     let mut restored = JoinSet::new();
     for folder in found {
         let shared = Arc::clone(shared);
-        restored.spawn(async move { restore_one(&shared, &folder).await });
+        restored.spawn(async move {
+            let is_due_again = restore_one(&shared, &folder, Turn::WithOthers).await;
+            is_due_again.then_some(folder)
+        });
     }
+    let mut left = Vec::new();
     while let Some(ended) = restored.join_next().await {
-        if let Err(error) = ended {
-            tracing::error!("a session is not restored: {error}");
+        match ended {
+            Ok(folder) => left.extend(folder),
+            Err(error) => tracing::error!("a session is not restored: {error}"),
         }
+    }
+    for folder in left {
+        restore_one(shared, &folder, Turn::Last).await;
     }
 }
 
@@ -67,8 +94,8 @@ fn list(state: &Arc<StateFolder>) -> Vec<SessionFolder> {
     uids.iter().map(|uid| state.session(uid)).collect()
 }
 
-/// Makes a session again, of its newest state that is good.
-async fn restore_one(shared: &Shared, folder: &SessionFolder) {
+/// Makes a session again, of its newest state that is good. Whether that is to be tried again after all others.
+async fn restore_one(shared: &Shared, folder: &SessionFolder, turn: Turn) -> bool {
     let path = folder.path().display();
     let states = folder.states().unwrap_or_default();
     for (index, state) in states.iter().enumerate() {
@@ -77,7 +104,11 @@ async fn restore_one(shared: &Shared, folder: &SessionFolder) {
             Ok(session) => {
                 tracing::info!(session = session.id(), step, "restored");
                 set_aside(folder, &states[..index]);
-                return;
+                return false;
+            }
+            Err(problem) if turn == Turn::WithOthers && is_of_others(&problem) => {
+                tracing::info!("{path}: it is made again after the others: {problem}");
+                return true;
             }
             Err(problem) => {
                 tracing::error!("{path}: state {number}, of step {step}, is not taken: {problem}");
@@ -87,6 +118,13 @@ async fn restore_one(shared: &Shared, folder: &SessionFolder) {
     tracing::error!(
         "{path}: no state of this session can be taken: it stays there, for `nappe create --from {path}`"
     );
+    false
+}
+
+/// Whether sessions that are made at the same time may be what is in the way.
+fn is_of_others(problem: &Problem) -> bool {
+    let refused = problem.downcast_ref::<ServiceError>();
+    refused.is_some_and(|error| matches!(error.reason, Reason::ServerMemoryFull | Reason::BuildTooLong))
 }
 
 /// Keeps states from counting that could not be used.
@@ -107,7 +145,8 @@ async fn session_at(
     let memory = shared.memory.claim();
     memory.grow(folder.bytes(state)?)?;
     let reader = folder.clone();
-    let Found { file, told, records, last_number } = spawn_blocking(move || read(&reader, state)).await??;
+    let Found { file, told, mut logs, last_number } = spawn_blocking(move || read(&reader, state)).await??;
+    let records = std::mem::take(&mut logs.records);
     check(folder, &told)?;
     let limits = &shared.config.limits;
     let kept =
@@ -125,12 +164,16 @@ async fn session_at(
     let reservation = shared.registry.reserve(&options.id)?;
     let (session, warnings) = revived(shared, options).await?;
     let session = Arc::new(session);
+    if let Err(error) = mend(folder, &logs) {
+        // What is told to the log now follows what could not be used.
+        tracing::error!("{}: the logs are not mended: {error}", folder.path().display());
+    }
     remember(shared, &session, warnings).await;
     reservation.fill(Arc::clone(&session));
     Ok(session)
 }
 
-/// What a folder has: a state with its setup, of which the hashes are checked, and the records since. A log is cut where it is damaged.
+/// What a folder has: a state with its setup, of which the hashes are checked, and the records since.
 fn read(folder: &SessionFolder, state: StatePlace) -> Result<Found, Problem> {
     let file = folder.read_state(state)?;
     let opened = Opened::of(&file)?;
@@ -143,32 +186,56 @@ fn read(folder: &SessionFolder, state: StatePlace) -> Result<Found, Problem> {
         .into());
     }
     let told = told_session(&opened)?;
-    let last_number = folder.last_number()?;
-    let (mut all, mut is_damaged) = (Vec::new(), false);
+    let (last_number, logs) = (folder.last_number()?, read_logs(folder, state)?);
+    Ok(Found { file, told, logs, last_number })
+}
+
+/// What the logs since a state say. Nothing is changed: an earlier state may be looked at because there is no room for a later one, whose
+/// log is good.
+fn read_logs(folder: &SessionFolder, state: StatePlace) -> io::Result<Logs> {
+    let (mut logs, mut is_whole) = (Logs::default(), true);
     for place in folder.logs_since(state)? {
-        let (path, number) = (folder.path().display(), place.number);
-        if is_damaged {
-            tracing::warn!("{path}: log {number} follows a damaged one, and is removed");
-            folder.remove_log(place)?;
+        if !is_whole {
+            logs.after.push(place);
             continue;
         }
         let log = folder.read_log(place)?;
         let (mut found, length) = records(&log);
-        if place.number == state.number && found.first() == Some(&Record::Gap) {
+        let has_gap = found.first() == Some(&Record::Gap);
+        if has_gap && place.number != state.number {
+            is_whole = false;
+            logs.after.push(place);
+            continue;
+        }
+        if has_gap {
             // What is missing is in the state.
             found.remove(0);
         }
-        all.append(&mut found);
-        is_damaged = length < log.len();
-        if is_damaged {
-            let count = log.len();
-            tracing::warn!(
-                "{path}: log {number} is good up to byte {length} of {count}: what follows is dropped"
-            );
-            folder.cut_log(place, length as u64)?;
+        logs.records.append(&mut found);
+        if length < log.len() {
+            is_whole = false;
+            logs.cut = Some((place, [length as u64, log.len() as u64]));
         }
     }
-    Ok(Found { file, told, records: all, last_number })
+    Ok(logs)
+}
+
+/// Leaves nothing of the logs that cannot be used, so that what is told to the log from now on follows what was used.
+fn mend(folder: &SessionFolder, logs: &Logs) -> io::Result<()> {
+    let path = folder.path().display();
+    if let Some((place, [length, count])) = logs.cut {
+        let number = place.number;
+        tracing::warn!(
+            "{path}: log {number} is good up to byte {length} of {count}: what follows is dropped"
+        );
+        folder.cut_log(place, length)?;
+    }
+    for place in &logs.after {
+        let number = place.number;
+        tracing::warn!("{path}: log {number} follows records that are missing, and is removed");
+        folder.remove_log(*place)?;
+    }
+    Ok(())
 }
 
 /// A folder has the session of its name, with an id that sessions can have.

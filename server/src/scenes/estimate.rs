@@ -41,8 +41,9 @@ const ITERATED_PARTICLE: [Cost; 2] = [cost(0.0, 120.0), cost(0.0, 96.0)];
 const TRIED_PARTICLE: [Cost; 2] = [cost(66.0, 34.0), cost(92.0, 32.0)];
 /// The third state that sub-steps take turns in.
 const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
-/// Where its window began, its way in the one before, how far it was within the window, and its piece, which it may be alone.
-const WATCHED_PARTICLE: [Cost; 2] = [cost(0.0, 96.0), cost(0.0, 32.0)];
+/// Where its window began, its way in the one before, how far it was within the window, its piece, which it may be alone, and the force that
+/// holds it while it sleeps.
+const WATCHED_PARTICLE: [Cost; 2] = [cost(0.0, 112.0), cost(0.0, 48.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
 const COARSE_BLOCK: Cost = cost(48_000.0, 40_000.0);
 const COARSE_TOP: f64 = 0.8e6;
@@ -54,8 +55,9 @@ const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
 /// Its corners as blocks name them, and its share of what the air does to particles.
 const TRIANGLE_IN_AIR: [Cost; 2] = [cost(22.0, 22.0), cost(13.0, 13.0)];
-/// Its box in the tree of its surface, and the list of triangles about each particle; pairs that may meet are counted once they are found.
-const TRIANGLE_APART: Cost = cost(420.0, 420.0);
+/// Its box in the tree of its surface, and the list of triangles about each particle; pairs that may meet are counted once they are found. While the
+/// session is built it has no box yet, and the first step begins when all that the build alone needs is gone.
+const TRIANGLE_APART: Cost = cost(300.0, 420.0);
 const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 250.0), cost(205.0, 200.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
 /// A point and a triangle of a collider's mesh while it is closed; what its solid takes is counted in bytes.
@@ -110,7 +112,6 @@ impl Estimate {
             (size.springs, by(SPRING)),
             (size.mesh_springs, MESH_SPRING),
             (size.triangles, TRIANGLE),
-            (size.triangles_apart, TRIANGLE_APART),
             (size.triangles_in_air, by(TRIANGLE_IN_AIR)),
             (size.snow_particles, by(SNOW_PARTICLE)),
             (size.solid_triangles, SOLID_TRIANGLE),
@@ -136,9 +137,12 @@ impl Estimate {
         ];
         let nanoseconds =
             counts.iter().zip(NANOSECONDS).map(|(count, each)| *count as f64 * each).sum::<f64>();
+        let apart = size.triangles_apart as f64;
+        let build = fixed + sum(|cost| cost.build.max(cost.session)) + apart * TRIANGLE_APART.build;
+        let session = fixed + sum(|cost| cost.session) + apart * TRIANGLE_APART.session;
         Self {
-            build_bytes: (fixed + sum(|cost| cost.build.max(cost.session))) as u64,
-            session_bytes: (fixed + sum(|cost| cost.session)) as u64,
+            build_bytes: build.max(session) as u64,
+            session_bytes: session as u64,
             snow_bytes: (grid + size.snow_particles as f64 * by(SNOW_PARTICLE).session) as u64,
             patch_bytes: of_patches(size.switching_particles) as u64,
             seconds: 1e-9 * nanoseconds,
@@ -252,7 +256,7 @@ mod tests {
         assert_eq!(apart.session_bytes, estimate.session_bytes + 840_000);
 
         let watched = Estimate::of(&SceneSize { watched_particles: 1000, ..SIZE }, Precision::F64, 2);
-        assert_eq!(watched.session_bytes, estimate.session_bytes + 128_000);
+        assert_eq!(watched.session_bytes, estimate.session_bytes + 160_000);
 
         let forces = Estimate::of(&SceneSize { named_bytes: 1 << 50, ..SIZE }, Precision::F64, 2);
         let refused = forces.claim(&account.claim(), &limits).expect_err("a name stands for many particles");

@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 
 use super::{
     control::Control,
-    desk::Desk,
+    desk::{Desk, Ending},
     pending_changes::{Accepted, PendingChange},
     transition::Event,
     waiting::{Answer, For},
@@ -79,7 +79,8 @@ impl Control {
         after: Option<Accepted>,
         count: usize,
     ) -> (Vec<PendingChange>, Option<Accepted>) {
-        self.lock().pending.queue().page(after, count)
+        let desk = self.lock();
+        desk.pending.queue().page(after.max(desk.last_made()), count)
     }
 
     /// How many changes wait.
@@ -90,7 +91,12 @@ impl Control {
     /// Drops changes that wait: those of these orders, or all. Returns how many there were.
     pub(super) fn drop_changes(&self, orders: Option<&[u64]>) -> u64 {
         let mut desk = self.lock();
-        let dropped = desk.pending.drop_groups(orders);
+        if desk.ending == Ending::Thread {
+            // What is kept of it has them still.
+            return 0;
+        }
+        let made = desk.last_made();
+        let dropped = desk.pending.drop_groups(made, orders);
         let count = dropped.len() as u64;
         if count > 0 {
             desk.note(&Record::Dropped(dropped));

@@ -90,7 +90,7 @@ impl Control {
         let mut desk = self.open()?;
         self.check_room(&mut desk, answer.as_ref())?;
         self.change(&mut desk, Event::Pause)?;
-        if desk.state == State::Paused {
+        if desk.state == State::Paused && desk.rerun.end.is_none() {
             let (step, left) = (desk.open_step(), desk.open_step() - desk.next_step);
             if left > 0 {
                 // Steps that somebody has seen are taken again before it stands.
@@ -288,8 +288,15 @@ impl Control {
 
     /// The state that follows an event, and what is to be done on the way; why there is none.
     fn check_change(&self, desk: &Desk, event: Event) -> Result<(State, Effect), ServiceError> {
-        transition(desk.state, event)
-            .map_err(|reason| refused(&self.status.properties.id, reason, self.status.progress().failure))
+        let next = match event {
+            // It had ended before, and comes there again.
+            Event::Play | Event::Step(_) | Event::Update if desk.rerun.end.is_some() => {
+                Err(Reason::SessionFinished)
+            }
+            Event::Pause if desk.rerun.end.is_some() => Ok((desk.state, Effect::None)),
+            _ => transition(desk.state, event),
+        };
+        next.map_err(|reason| refused(&self.status.properties.id, reason, self.status.progress().failure))
     }
 
     /// Moves to the state that follows an event, and returns what is to be done on the way.
@@ -317,6 +324,9 @@ impl Control {
     /// Answers the calls whose time has come: after whatever may have brought it.
     pub(super) fn answer_waiting(&self, desk: &mut Desk) {
         let now = desk.standing();
+        if desk.waiting.is_due(now) {
+            desk.note_seen(now.begun);
+        }
         desk.waiting.answer(now, || self.status.describe());
     }
 

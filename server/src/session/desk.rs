@@ -57,7 +57,7 @@ pub(super) struct Desk {
 pub(super) struct Rerun {
     /// After how many steps it goes back to its start, in order.
     pub(super) resets: VecDeque<u64>,
-    /// Steps that somebody may have seen: calls change what comes after them.
+    /// Steps of which somebody may know: calls change what comes after them.
     pub(super) until: u64,
     /// The pace after them, if it plays then.
     pub(super) factor: Option<f64>,
@@ -106,12 +106,18 @@ impl Desk {
         self.next_step < *until || !resets.is_empty() || end.is_some()
     }
 
-    /// Takes changes for a step; the log has them before anybody is told.
+    /// The last place among changes that were made before the session went on from a state, and are made again: they wait no longer.
+    pub(super) fn last_made(&self) -> Option<Accepted> {
+        self.rerun.until.checked_sub(1).map(|step| Accepted { step, order: u64::MAX })
+    }
+
+    /// Takes changes for a step; the log has them before anybody is told, and that those of later calls come no earlier.
     pub(super) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<Accepted, ServiceError> {
-        let accepted = self.pending.push(step, changes)?;
+        let (accepted, open) = (self.pending.push(step, changes)?, self.open_step());
         if let Some(keep) = &mut self.keep
             && let Some(changes) = self.pending.queue().group(accepted)
         {
+            keep.note_seen(open);
             let Accepted { step, order } = accepted;
             keep.note(&Record::Changes { step, order, changes: Cow::Borrowed(changes) });
         }
@@ -122,6 +128,13 @@ impl Desk {
     pub(super) fn note(&mut self, record: &Record<'_>) {
         if let Some(keep) = &mut self.keep {
             keep.note(record);
+        }
+    }
+
+    /// Tells the log, if there is one, that somebody may know of so many steps.
+    pub(super) fn note_seen(&mut self, step: u64) {
+        if let Some(keep) = &mut self.keep {
+            keep.note_seen(step);
         }
     }
 

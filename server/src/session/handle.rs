@@ -232,11 +232,15 @@ impl Session {
     pub(crate) async fn stop(&self) -> Result<v1::Session, ServiceError> {
         let (answer, mut stopped) = oneshot::channel();
         self.control.stop(answer)?;
-        let answer = match timeout(STOP_PATIENCE, &mut stopped).await {
-            Ok(answer) => answer,
-            Err(_elapsed) => {
-                self.control.interrupt();
-                stopped.await
+        let answer = loop {
+            match timeout(STOP_PATIENCE, &mut stopped).await {
+                Ok(answer) => break answer,
+                // What was done before is done again first.
+                Err(_elapsed) if self.control.is_rerunning() => {}
+                Err(_elapsed) => {
+                    self.control.interrupt();
+                    break stopped.await;
+                }
             }
         };
         let session = answer.map_err(|_gone| self.gone())??;

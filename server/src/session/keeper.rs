@@ -5,6 +5,7 @@
 
 use std::{
     error::Error,
+    fs::File,
     io,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{
@@ -107,7 +108,9 @@ impl Writer {
         let control = Arc::clone(&self.control);
         let properties = &control.status.properties;
         memory.grow(taken.pending.bytes())?;
-        let setup = if let Some(setup) = self.setup {
+        // The log before it counts until the state is there.
+        self.sync();
+        let setup = if let Some(setup) = self.setup.filter(|setup| self.folder.has_setup(*setup)) {
             setup
         } else {
             let building = memory.another();
@@ -128,9 +131,9 @@ impl Writer {
     }
 
     fn sync(&self) {
-        let synced = self.control.unsynced_log().map_or(Ok(()), |log| log.sync_data());
+        let synced = self.control.unsynced_logs().iter().try_for_each(File::sync_data);
         if let Err(error) = synced {
-            tracing::debug!("{}: the log is not written through: {error}", self.folder.path().display());
+            self.control.not_synced(&error);
         }
     }
 

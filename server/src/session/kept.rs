@@ -2,6 +2,7 @@
 
 use std::{
     fs::File,
+    io,
     time::{Duration, Instant},
 };
 
@@ -50,26 +51,30 @@ impl Control {
         if let Some(failure) = &replay.failure {
             keep.note(&Record::Failed(failure.encode_to_vec()));
         }
+        let until = replay.resets.iter().copied().fold(replay.seen, u64::max);
+        keep.note_seen(until);
         desk.keep = Some(keep);
-        let seen = replay.last_frame.map_or(0, |(_, step)| step);
-        desk.rerun.until = replay.resets.iter().copied().fold(seen, u64::max);
+        desk.rerun.until = until;
         desk.rerun.resets = replay.resets.iter().copied().collect();
-        let left = |step: u64| step.saturating_sub(desk.next_step);
-        let event = match replay.goal {
-            Some(Goal::Play { .. }) => Some(Event::Play),
-            Some(Goal::Stand { step } | Goal::End { step }) if left(step) > 0 => {
-                Some(Event::Step(left(step)))
+        let (target, end) = match replay.goal {
+            Some(Goal::Play { factor }) => {
+                desk.rerun.factor = Some(factor);
+                (until, None)
             }
-            _ => None,
+            Some(Goal::Stand { step }) => (until.max(step), None),
+            Some(Goal::End { step }) => (step, Some(step)),
+            None => (until, None),
         };
-        match replay.goal {
-            Some(Goal::Play { factor }) => desk.rerun.factor = Some(factor),
-            Some(Goal::End { step }) => desk.rerun.end = Some(step),
-            _ => {}
-        }
+        let event = match (replay.goal, target.saturating_sub(desk.next_step)) {
+            (Some(Goal::Play { .. }), _) => Some(Event::Play),
+            (_, 0) => None,
+            (_, left) => Some(Event::Step(left)),
+        };
         if let Some(event) = event {
             self.change(&mut desk, event).expect("a session that is paused may step");
         }
+        // From here on it answers calls as one that has ended.
+        desk.rerun.end = end;
     }
 
     /// Whether the session is kept in a folder.
@@ -122,9 +127,21 @@ impl Control {
         }
     }
 
-    /// The log, if it is to be written through to the disk.
-    pub(super) fn unsynced_log(&self) -> Option<File> {
-        self.lock().keep.as_mut()?.unsynced_log()
+    /// The logs that are to be written through to the disk, in order.
+    pub(super) fn unsynced_logs(&self) -> Vec<File> {
+        self.lock().keep.as_mut().map_or_else(Vec::new, Keep::unsynced_logs)
+    }
+
+    /// A log was not written through to the disk.
+    pub(super) fn not_synced(&self, error: &io::Error) {
+        if let Some(keep) = &mut self.lock().keep {
+            keep.not_synced(error);
+        }
+    }
+
+    /// Whether it still does again what was done before.
+    pub(super) fn is_rerunning(&self) -> bool {
+        self.lock().is_rerunning()
     }
 
     /// Takes what keeps the session, which ends: and a last state, where one is due, with the changes that wait.

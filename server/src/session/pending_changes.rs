@@ -137,9 +137,9 @@ impl PendingChanges {
         due
     }
 
-    /// Drops the groups of these orders; `None`: all. Returns the orders of those that there were.
-    pub(super) fn drop_groups(&mut self, orders: Option<&[u64]>) -> Vec<u64> {
-        let dropped = self.queue.drop_groups(orders);
+    /// Drops the groups of these orders after a place; `None`: all. Returns the orders of those that there were.
+    pub(super) fn drop_groups(&mut self, after: Option<Accepted>, orders: Option<&[u64]>) -> Vec<u64> {
+        let dropped = self.queue.drop_groups(after, orders);
         self.memory.shrink_to(self.queue.bytes);
         dropped
     }
@@ -216,9 +216,10 @@ impl Queue {
         (page, left.next().and(last))
     }
 
-    fn drop_groups(&mut self, orders: Option<&[u64]>) -> Vec<u64> {
+    fn drop_groups(&mut self, after: Option<Accepted>, orders: Option<&[u64]>) -> Vec<u64> {
+        let from = after.map_or(Unbounded, Excluded);
         let is_named = |accepted: &Accepted| orders.is_none_or(|orders| orders.contains(&accepted.order));
-        let dropped = self.groups.extract_if(.., |accepted, _| is_named(accepted));
+        let dropped = self.groups.extract_if((from, Unbounded), |accepted, _| is_named(accepted));
         let dropped = dropped.map(|(accepted, _)| accepted.order).collect();
         self.count = self.groups.values().map(|changes| weight(changes)).sum();
         self.bytes = self.groups.values().map(|changes| bytes(changes)).sum();
@@ -271,9 +272,9 @@ mod tests {
         assert_eq!(pending.take_due(3).len(), 1);
         let left = account.used();
         assert!((of_lists(200)..of_lists(200) + 300).contains(&left), "{left}");
-        assert!(pending.drop_groups(Some(&[9])).is_empty());
+        assert!(pending.drop_groups(None, Some(&[9])).is_empty());
         assert_eq!(account.used(), left);
-        assert_eq!(pending.drop_groups(None), [2]);
+        assert_eq!(pending.drop_groups(None, None), [2]);
         assert_eq!(account.used(), 0);
         pending.push(9, path(400)).expect("room again");
         drop(pending);
@@ -286,7 +287,7 @@ mod tests {
         for step in [5, 2, 5] {
             pending.push(step, vec![Change::Drag(step as f64)]).expect("room");
         }
-        assert_eq!(pending.drop_groups(Some(&[1])), [1]);
+        assert_eq!(pending.drop_groups(None, Some(&[1])), [1]);
         let (bytes, saved) = (pending.queue().bytes(), pending.queue().clone().into_waiting());
         let places: Vec<_> = saved.groups.iter().map(|group| (group.step, group.order)).collect();
         assert_eq!((places, saved.last_order), (vec![(2, 2), (5, 3)], 3));
@@ -352,9 +353,12 @@ mod tests {
         let (page, more) = large.queue().page(more, 9);
         assert_eq!((orders(&page), more), (vec![4], None));
 
-        assert_eq!(pending.drop_groups(Some(&[3, 1, 99])), [1, 3]);
+        assert_eq!(pending.drop_groups(None, Some(&[3, 1, 99])), [1, 3]);
         assert_eq!(orders(&pending.queue().page(None, 9).0), [2, 4]);
-        assert_eq!(pending.drop_groups(None), [2, 4]);
+        let made = Some(Accepted { step: 6, order: u64::MAX });
+        assert_eq!(pending.drop_groups(made, None), [4], "what is made again stays");
+        pending.push(7, vec![Change::Drag(0.0)]).expect("room");
+        assert_eq!(pending.drop_groups(None, None), [2, 5]);
         assert_eq!(pending.queue().count(), 0);
     }
 }

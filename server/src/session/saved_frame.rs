@@ -107,6 +107,7 @@ fn lacks(missing: Missing) -> &'static str {
         }
         Missing::Patches => "the frame does not hold what the preconditioner patches was set up for",
         Missing::Pins => "the frame does not hold how far so many pins are within a sub-step",
+        Missing::Rest => "the frame does not hold how still cloth lies, and what of it sleeps",
     }
 }
 

@@ -155,6 +155,8 @@ impl Control {
             return;
         }
         desk.is_settled = true;
+        let step = desk.taken();
+        desk.note_seen(step);
         self.status.update(|progress| progress.state_hash = hash);
         self.answer_waiting(&mut desk);
     }
@@ -172,6 +174,7 @@ impl Control {
         let mut desk = self.lock();
         let step = desk.taken();
         desk.note(&Record::Goal(Goal::End { step }));
+        desk.rerun = Rerun::default();
         desk.is_settled = true;
         self.status.update(|progress| {
             progress.state = State::Finished;
@@ -206,7 +209,7 @@ impl Control {
         let mut desk = self.lock();
         desk.ending = Ending::Thread;
         // Their memory is free for others before anybody is told of the end.
-        desk.pending.drop_groups(None);
+        desk.pending.drop_groups(None, None);
         desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();
@@ -220,6 +223,8 @@ impl Desk {
     /// What the thread is to do before it looks whether a step is due.
     fn asked(&mut self) -> Option<Task> {
         match self.ending {
+            // What somebody may know of is done again before it ends.
+            Ending::Simulation if self.is_rerunning() => {}
             Ending::Nothing => {}
             Ending::Simulation => {
                 self.ending = Ending::Nothing;
@@ -233,14 +238,15 @@ impl Desk {
             return Some(Task::LoseRanks);
         }
 
+        let is_rerunning = self.is_rerunning();
         self.copies.retain(|copy| !copy.is_closed());
-        if !self.copies.is_empty() {
+        if !self.copies.is_empty() && !is_rerunning {
             let to = std::mem::take(&mut self.copies);
             return Some(Task::Copy { to, pending: self.pending.queue().clone() });
         }
 
         self.saves.retain(|save| !save.is_closed());
-        if !self.saves.is_empty() {
+        if !self.saves.is_empty() && !is_rerunning {
             let to = std::mem::take(&mut self.saves);
             return Some(Task::Save { to, pending: self.pending.queue().clone() });
         }

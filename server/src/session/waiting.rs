@@ -111,6 +111,11 @@ impl Waiting {
         self.0.push((what, answer));
     }
 
+    /// Whether the time of one has come.
+    pub(super) fn is_due(&self, now: Standing) -> bool {
+        self.0.iter().any(|(what, _)| what.verdict(now) != Verdict::Waits)
+    }
+
     /// Answers those whose time has come; `describe` gives the session as it is.
     pub(super) fn answer(&mut self, now: Standing, describe: impl Fn() -> v1::Session) {
         for (what, answer) in self.0.extract_if(.., |(what, _)| what.verdict(now) != Verdict::Waits) {

@@ -5,11 +5,15 @@
 //! each a file of a session without its setup, and the logs since, `log-NUMBER-STEP`. Every file but a log is renamed into place.
 
 use std::{
+    collections::BTreeMap,
     fs::{self, File, OpenOptions},
-    io,
+    io::{
+        self,
+        ErrorKind::{NotADirectory, NotFound},
+    },
     os::unix::fs::{MetadataExt as _, OpenOptionsExt as _},
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use rustix::process::geteuid;
@@ -24,6 +28,8 @@ use super::{
 const SESSIONS: &str = "sessions";
 /// How the name of a log begins.
 const LOG: &str = "log";
+/// Bytes of memory for each of a log that is read: a record takes more than there, and a list of them grows by doubling.
+const LOG_SHARE: u64 = 8;
 /// States of a session that are kept.
 const KEPT_STATES: usize = 2;
 
@@ -35,8 +41,9 @@ pub(crate) struct StateFolder {
     most_bytes: u64,
     /// Locked as long as it is open.
     _lock: File,
-    /// Held while a setup is written: sessions may share it.
-    setups: Mutex<()>,
+    /// The setup of each session that was told to write one, by its folder: one of which no state is there yet is needed, too. Held while
+    /// a setup is written or removed: sessions may share it.
+    setups: Mutex<BTreeMap<PathBuf, Digest>>,
 }
 
 impl StateFolder {
@@ -66,7 +73,7 @@ impl StateFolder {
         for folder in [SETUPS, SESSIONS] {
             make_folder(&path.join(folder))?;
         }
-        Ok(Self { path: path.to_owned(), most_bytes, _lock: lock, setups: Mutex::new(()) })
+        Ok(Self { path: path.to_owned(), most_bytes, _lock: lock, setups: Mutex::default() })
     }
 
     /// The file of its token.
@@ -105,27 +112,40 @@ impl StateFolder {
         Ok(uids)
     }
 
-    /// Removes the setups that no state names, and what was not written to its end. Where a state cannot tell its setup, it may need any
-    /// of them: all stay.
+    /// Removes the setups that no state names, and what was not written to its end, before a session writes anything.
     ///
     /// # Errors
     /// If the folder cannot be read or written.
     pub(crate) fn sweep(self: &Arc<Self>) -> io::Result<()> {
-        let (mut needed, mut is_known) = (Vec::new(), true);
         for uid in self.sessions()? {
             let session = self.session(&uid);
-            for place in session.states()? {
-                match setup_of(&session.path, place) {
-                    Ok((setup, _)) => needed.push(setup_name(setup)),
-                    Err(_) => is_known = false,
-                }
-            }
             for name in names(&session.path)?.iter().filter(|name| is_unfinished_state(name)) {
                 fs::remove_file(session.path.join(name))?;
             }
         }
-        if !is_known {
-            return Ok(());
+        self.sweep_setups(&self.lock())
+    }
+
+    /// Removes the setups that no state names and no session is about to name. Where a state cannot tell its setup, it may need any of
+    /// them: all stay.
+    fn sweep_setups(&self, about: &BTreeMap<PathBuf, Digest>) -> io::Result<()> {
+        let mut needed: Vec<String> = about.values().copied().map(setup_name).collect();
+        let sessions = self.path.join(SESSIONS);
+        for uid in names(&sessions)? {
+            let session = sessions.join(uid);
+            let states = match places(&session, STATE) {
+                Ok(states) => states,
+                // It is a file of somebody else, or was removed meanwhile.
+                Err(error) if matches!(error.kind(), NotADirectory | NotFound) => continue,
+                Err(_) => return Ok(()),
+            };
+            for place in states {
+                match setup_of(&session, place) {
+                    Ok((setup, _)) => needed.push(setup_name(setup)),
+                    Err(error) if error.kind() == NotFound => {}
+                    Err(_) => return Ok(()),
+                }
+            }
         }
         let setups = self.path.join(SETUPS);
         let is_left = |name: &&String| !needed.contains(name) && is_setup(unfinished(name).unwrap_or(name));
@@ -133,6 +153,19 @@ impl StateFolder {
             fs::remove_file(setups.join(name))?;
         }
         Ok(())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Digest>> {
+        // No code that holds the lock can leave it half changed.
+        self.setups.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Refuses so many bytes more if all files would then take more than they may, also without the setups that nobody needs.
+    fn make_room(&self, bytes: u64, about: &BTreeMap<PathBuf, Digest>) -> io::Result<()> {
+        self.check_room(bytes).or_else(|_full| {
+            self.sweep_setups(about)?;
+            self.check_room(bytes)
+        })
     }
 
     /// Refuses so many bytes more if all files would then take more than they may.
@@ -190,13 +223,22 @@ impl SessionFolder {
     /// If it cannot be written.
     pub(crate) fn put_setup(&self, section: &[u8]) -> io::Result<Digest> {
         let setup = Digest::of(section);
-        // No code that holds the lock can leave something half changed.
-        let _writing = self.folder.setups.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut about = self.folder.lock();
+        // Where it is there already, it stays there.
+        about.insert(self.path.clone(), setup);
         if !self.folder.has_setup(setup) {
-            self.folder.check_room(setup.length)?;
+            self.folder.make_room(setup.length, &about)?;
             put(&self.folder.setup_path(setup), section)?;
         }
+        drop(about);
+        // The folder of the session is there after a power cut, too.
+        File::open(self.folder.path.join(SESSIONS))?.sync_all()?;
         Ok(setup)
+    }
+
+    /// Whether a setup that was written is still there.
+    pub(crate) fn has_setup(&self, setup: Digest) -> bool {
+        fs::metadata(self.folder.setup_path(setup)).is_ok_and(|metadata| metadata.len() == setup.length)
     }
 
     /// Writes a state, without its setup, which is there.
@@ -204,7 +246,9 @@ impl SessionFolder {
     /// # Errors
     /// If it cannot be written.
     pub(crate) fn put_state(&self, place: StatePlace, bytes: &[u8]) -> io::Result<()> {
-        self.folder.check_room(bytes.len() as u64)?;
+        let about = self.folder.lock();
+        self.folder.make_room(bytes.len() as u64, &about)?;
+        drop(about);
         put(&self.path.join(place.name(STATE)), bytes)
     }
 
@@ -254,7 +298,8 @@ impl SessionFolder {
         let (setup, _) = setup_of(&self.path, state)?;
         let mut bytes = fs::metadata(self.path.join(state.name(STATE)))?.len().saturating_add(setup.length);
         for log in self.logs_since(state)? {
-            bytes = bytes.saturating_add(fs::metadata(self.path.join(log.name(LOG)))?.len());
+            let length = fs::metadata(self.path.join(log.name(LOG)))?.len();
+            bytes = bytes.saturating_add(length.saturating_mul(LOG_SHARE));
         }
         Ok(bytes)
     }
@@ -321,9 +366,11 @@ impl SessionFolder {
     /// If the folder cannot be written.
     pub(crate) fn remove(&self) -> io::Result<()> {
         match fs::remove_dir_all(&self.path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-            removed => removed,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            removed => removed?,
         }
+        self.folder.lock().remove(&self.path);
+        Ok(())
     }
 
     /// Removes the folder of a session of which no state was written: if it has no files but logs and unfinished states.

@@ -168,6 +168,9 @@ fn a_state_that_cannot_tell_its_setup_keeps_all_of_them() {
     session.set_aside(place(1, 0)).expect("renamed");
     assert_eq!(names(session.path()), ["damaged-1-0"]);
     state.sweep().expect("swept");
+    assert_eq!(names(&path.join("setups")).len(), 1, "the session may be about to write another state");
+    drop((session, state));
+    open(&path).sweep().expect("swept");
     assert!(names(&path.join("setups")).is_empty(), "no state is there any more");
     fs::remove_dir_all(&path).expect("removed");
 }
@@ -246,6 +249,33 @@ fn no_more_bytes_are_taken_than_are_allowed() {
     assert_eq!(full.kind(), ErrorKind::StorageFull);
     assert!(full.to_string().contains("--max-state-bytes"), "{full}");
     assert_eq!(names(session.path()), ["state-1-0"]);
+    fs::remove_dir_all(&path).expect("removed");
+}
+
+#[test]
+fn setups_that_nobody_needs_make_room() {
+    let path = folder("makes-room");
+    let (_, setup, without) = files();
+    let of_another = vec![7; 2 * without.len() + 1];
+    let room = (setup.len() + 2 * without.len()) as u64;
+    let state = Arc::new(StateFolder::open(&path, room).expect("usable"));
+    let [first, second] = ["first", "second"].map(|uid| state.session(uid));
+    for session in [&first, &second] {
+        session.make().expect("made");
+    }
+    let digest = first.put_setup(&of_another).expect("there is room");
+    second.put_setup(&setup).expect_err("no state names the first, which is about to be named");
+    assert!(first.has_setup(digest));
+
+    // The setup of a session that is gone makes room; that of one which has no state yet does not.
+    first.remove().expect("removed");
+    second.put_setup(&setup).expect("there is room");
+    assert!(!first.has_setup(digest) && second.has_setup(Digest::of(&setup)));
+    for step in 0..2 {
+        second.put_state(place(step + 1, step), &without).expect("there is room");
+    }
+    second.put_state(place(3, 2), &without).expect_err("there is none");
+    assert!(second.has_setup(Digest::of(&setup)));
     fs::remove_dir_all(&path).expect("removed");
 }
 

@@ -12,7 +12,7 @@ use thiserror::Error;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// The number of the format. A file of another one is refused: it grows with every change of what a section holds.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// How a file begins: a byte that is no text, the name, and the end of a line, which careless copies change.
 const MAGIC: [u8; 8] = *b"\x89nappe\r\n";

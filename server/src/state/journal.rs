@@ -47,6 +47,8 @@ pub(crate) enum Record<'a> {
     Failed(Vec<u8>),
     /// Records before this one are missing: of an earlier state nobody can go on beyond here.
     Gap,
+    /// Somebody may know of so many steps, of which perhaps no frame is made.
+    Seen { step: u64 },
 }
 
 /// The bytes of a record.
@@ -93,6 +95,8 @@ pub(crate) struct Replay {
     pub resets: Vec<u64>,
     /// The last frame that somebody may have seen: its number and its step.
     pub last_frame: Option<(u64, u64)>,
+    /// Steps of which somebody may know, by that frame or otherwise.
+    pub seen: u64,
     /// Why it failed.
     pub failure: Option<v1::Failure>,
 }
@@ -100,7 +104,7 @@ pub(crate) struct Replay {
 impl Replay {
     /// Takes records, which follow the state of a session that had taken `taken` steps: changes come to those that wait.
     pub(crate) fn of(records: Vec<Record<'static>>, taken: u64, waiting: &mut Waiting) -> Self {
-        let mut replay = Self { goal: None, resets: Vec::new(), last_frame: None, failure: None };
+        let mut replay = Self { goal: None, resets: Vec::new(), last_frame: None, seen: 0, failure: None };
         for record in records {
             match record {
                 Record::Goal(goal) => replay.goal = Some(goal),
@@ -116,7 +120,9 @@ impl Replay {
                 // Frames that are made again have numbers that were there before.
                 Record::Frame { frame, step } => {
                     replay.last_frame = replay.last_frame.max(Some((frame, step)));
+                    replay.seen = replay.seen.max(step);
                 }
+                Record::Seen { step } => replay.seen = replay.seen.max(step),
                 Record::Failed(failure) => replay.failure = v1::Failure::decode(&*failure).ok(),
                 Record::Gap => break,
             }
@@ -147,6 +153,7 @@ mod tests {
             Record::Goal(Goal::End { step: 12 }),
             Record::Failed(failure.encode_to_vec()),
             Record::Gap,
+            Record::Seen { step: 12 },
         ]
     }
 
@@ -200,14 +207,15 @@ mod tests {
             Record::Goal(Goal::Play { factor: 2.0 }),
             Record::Frame { frame: 6, step: 12 },
             Record::Frame { frame: 5, step: 10 },
+            Record::Seen { step: 13 },
             changes(13, 6),
         ];
         let replay = Replay::of(happened, 10, &mut waiting);
         let places: Vec<_> = waiting.groups.iter().map(|group| (group.step, group.order)).collect();
         assert_eq!((places, waiting.last_order), (vec![(12, 3), (13, 6), (20, 1)], 6));
-        let Replay { goal, resets, last_frame, failure } = replay;
+        let Replay { goal, resets, last_frame, seen, failure } = replay;
         assert_eq!((goal, resets), (Some(Goal::Play { factor: 2.0 }), vec![11]));
-        assert_eq!((last_frame, failure), (Some((6, 12)), None));
+        assert_eq!((last_frame, seen, failure), (Some((6, 12)), 13, None));
     }
 
     #[test]

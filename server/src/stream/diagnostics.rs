@@ -8,7 +8,7 @@ use nappe_sim::{
     linalg::{Outcome, SolveReport},
     report::{
         BoundKind, ClothSteps, Diagnostics, Load, Rejection, RestReport, SnowReport, Stage, StageSeconds,
-        StepReport, SurfaceReport,
+        StepReport, SurfaceReport, WakeCause,
     },
     world::Simulation,
 };
@@ -55,14 +55,61 @@ pub(crate) fn diagnostics(
 
 /// Where there was no pair, no number says how near they came.
 fn surface(report: &SurfaceReport) -> v1::SurfaceReport {
-    let SurfaceReport { pairs, active, rounds, least_gap, failed, crossings } = *report;
+    let SurfaceReport {
+        pairs,
+        active,
+        rounds,
+        least_gap,
+        failed,
+        crossings,
+        yield_m,
+        yielding,
+        largest_push,
+    } = *report;
     let least_gap_m = Some(least_gap).filter(|gap| gap.is_finite());
-    v1::SurfaceReport { pairs, active, rounds, least_gap_m, failed, crossings }
+    let largest_push_n = largest_push;
+    v1::SurfaceReport {
+        pairs,
+        active,
+        rounds,
+        least_gap_m,
+        failed,
+        crossings,
+        yield_m,
+        yielding,
+        largest_push_n,
+    }
 }
 
 fn rest(report: &RestReport) -> v1::RestReport {
-    let RestReport { particles: _, calm_particles: _, pieces, calm_pieces, way, change } = *report;
-    v1::RestReport { calm_share: report.calm_share(), pieces, calm_pieces, way_m: way, change_m: change }
+    let RestReport { pieces, calm_pieces, way, change, pieces_asleep, told, long_steps, wakes, wake, .. } =
+        *report;
+    let cause = wake.map(|wake| wake_cause(wake.cause).into());
+    v1::RestReport {
+        calm_share: report.calm_share(),
+        pieces,
+        calm_pieces,
+        way_m: way,
+        change_m: change,
+        awake_share: report.awake_share(),
+        pieces_asleep,
+        told_m: told,
+        long_steps,
+        wakes,
+        wake_cause: cause,
+    }
+}
+
+const fn wake_cause(cause: WakeCause) -> v1::WakeCause {
+    match cause {
+        WakeCause::Call => v1::WakeCause::Call,
+        WakeCause::Force => v1::WakeCause::Force,
+        WakeCause::Wind => v1::WakeCause::Wind,
+        WakeCause::Pin => v1::WakeCause::Pin,
+        WakeCause::Collider => v1::WakeCause::Collider,
+        WakeCause::Motion => v1::WakeCause::Motion,
+        WakeCause::Error => v1::WakeCause::Error,
+    }
 }
 
 fn load((load, collider): (&Load, &Collider)) -> v1::ColliderLoad {
@@ -175,6 +222,7 @@ fn snow(report: &SnowReport) -> v1::SnowDiagnostics {
         dropped_momentum: report.dropped_momentum,
         angular_momentum: Some(report.angular_momentum.into()),
         block_count: report.block_count,
+        torn_count: report.torn_count,
     }
 }
 
@@ -188,14 +236,25 @@ fn stages(seconds: &StageSeconds) -> Vec<v1::StageTime> {
 
 #[cfg(test)]
 mod tests {
+    use nappe_sim::report::Wake;
+
     use super::*;
 
     #[test]
     fn a_gap_that_no_pair_has_is_absent() {
         let none = SurfaceReport { crossings: Some(3), ..SurfaceReport::default() };
         assert_eq!(surface(&none), v1::SurfaceReport { crossings: Some(3), ..v1::SurfaceReport::default() });
-        let some =
-            SurfaceReport { pairs: 9, active: 4, rounds: 2, least_gap: 2e-3, failed: 1, crossings: None };
+        let some = SurfaceReport {
+            pairs: 9,
+            active: 4,
+            rounds: 2,
+            least_gap: 2e-3,
+            failed: 1,
+            crossings: None,
+            yield_m: 0.017,
+            yielding: 6,
+            largest_push: 0.5,
+        };
         let expected = v1::SurfaceReport {
             pairs: 9,
             active: 4,
@@ -203,6 +262,9 @@ mod tests {
             least_gap_m: Some(2e-3),
             failed: 1,
             crossings: None,
+            yield_m: 0.017,
+            yielding: 6,
+            largest_push_n: 0.5,
         };
         assert_eq!(surface(&some), expected);
     }
@@ -216,9 +278,26 @@ mod tests {
             calm_pieces: 2,
             way: 0.25,
             change: 0.125,
+            particles_asleep: 5,
+            pieces_asleep: 1,
+            told: 0.5,
+            long_steps: 7,
+            wakes: 4,
+            wake: Some(Wake { step: 9, cause: WakeCause::Collider }),
         };
-        let expected =
-            v1::RestReport { calm_share: 0.25, pieces: 3, calm_pieces: 2, way_m: 0.25, change_m: 0.125 };
+        let expected = v1::RestReport {
+            calm_share: 0.25,
+            pieces: 3,
+            calm_pieces: 2,
+            way_m: 0.25,
+            change_m: 0.125,
+            awake_share: 0.875,
+            pieces_asleep: 1,
+            told_m: 0.5,
+            long_steps: 7,
+            wakes: 4,
+            wake_cause: Some(v1::WakeCause::Collider.into()),
+        };
         assert_eq!(rest(&report), expected);
     }
 }

@@ -10,6 +10,8 @@ use super::{collider::collider, packing::packed, pieces::BUDGET_BYTES, topology_
 
 /// A session has one topology for all its life; frames name it by this number.
 pub(super) const TOPOLOGY_ID: u32 = 1;
+/// Colour of figures to which a scene gives none: that in which viewers draw solids.
+const SOLID: u32 = 0x0096_9eaa;
 
 /// The messages of a session's topology, each with the session's uid; at least one. `colors` are by the names of bodies, as
 /// messages have them.
@@ -32,6 +34,7 @@ pub(crate) fn topology(
 }
 
 fn body(body: &BodyTopology, color: Option<u32>) -> v1::BodyTopology {
+    let solid = (body.role == BodyRole::Figure).then_some(SOLID);
     // Triangles are enough to draw a body that has them.
     let springs = if body.triangles.is_empty() { body.springs.as_slice() } else { &[] };
 
@@ -43,7 +46,7 @@ fn body(body: &BodyTopology, color: Option<u32>) -> v1::BodyTopology {
         springs_u32: packed(springs.as_flattened().iter().map(|i| i.to_le_bytes())),
         pins_u32: packed(body.pins.iter().map(|i| i.to_le_bytes())),
         uv_f32: packed(body.uv.as_flattened().iter().map(|c| (*c as f32).to_le_bytes())),
-        color,
+        color: color.or(solid),
         role: role(body.role).into(),
         mass_f32: packed(body.masses.iter().map(|mass| (*mass as f32).to_le_bytes())),
         volume_f32: packed(body.volumes.iter().map(|volume| (*volume as f32).to_le_bytes())),

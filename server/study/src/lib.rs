@@ -30,7 +30,7 @@ pub use chart::{
 pub use method::{
     CHILDREN, Method, NEWTON, Setting, SnowSetting, SnowSteps, Stepped, Steps, Variant, parents, split,
 };
-pub use plan::{Needed, Plan, Reach, SceneTerms, Term, Terms, Tried, Verified, Without, plan};
+pub use plan::{Needed, Plan, Reach, Rested, SceneTerms, Term, Terms, Tried, Verified, Without, plan};
 pub use reference::{DISPLACEMENT, Effort, NoReference, Reference, SEED, Scan, reference, scan};
 pub use run::{Budget, Cut, End, Failure, Phase, Run, Stop, Verdict, run};
 pub use stability::{

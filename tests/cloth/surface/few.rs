@@ -174,10 +174,12 @@ fn a_pair_at_rest_lies_as_deep_as_what_it_carries_over_its_stiffness() {
         let mut scene = scene(network.clone(), THICKNESS, 0.0);
         scene.dt = dt;
         let mut simulation = scene.simulate(Precision::F64);
-        advance(&mut simulation, 50);
+        let told = advance(&mut simulation, 50).surface.expect("it has a thickness");
         let lost = THICKNESS - positions(&simulation)[0][1];
         let expected = GRAVITY * dt * dt / 100.0;
         assert!((lost / expected - 1.0).abs() < 1e-6, "steps of {dt} s: {lost} m, not {expected}");
+        let weight = 1e-4 * GRAVITY;
+        assert!((told.largest_push / weight - 1.0).abs() < 1e-5, "steps of {dt} s: {told:?}, not {weight} N");
     }
 }
 

@@ -17,3 +17,5 @@ mod bodies;
 mod calls;
 mod placed;
 mod figures;
+mod beside_figures;
+mod yielding;

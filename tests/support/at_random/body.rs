@@ -149,7 +149,7 @@ fn springs(random: &mut Random, body: &mut Body, (mass, dt): (f64, f64)) {
     let is_chain = matches!(body.mesh, Mesh::Chain { .. });
     let shear = (!is_chain && random.chance(0.7)).then(|| law(random.decades(0.05, 1.0)));
     let bend = random.chance(0.4).then(|| law(random.decades(0.001, 0.3)));
-    body.springs = Some(Springs { pattern: None, stretch: Some(law(1.0)), shear, bend });
+    body.springs = Some(Springs { file: None, pattern: None, stretch: Some(law(1.0)), shear, bend });
 }
 
 /// Pins, some of which move.

@@ -109,26 +109,30 @@ pub struct Watched {
     /// What its steps came to.
     pub tally: Tally,
     triangles: Vec<[u32; 3]>,
+    /// Those of them that are of figures, which may cross each other.
+    of_figures: Vec<[u32; 3]>,
 }
 
 impl Watched {
     /// The simulation of a scene, which must be accepted.
     pub fn new(scene: &Scene, precision: Precision) -> Self {
         let simulation = scene.simulate(precision);
-        Self { simulation, tally: Tally::default(), triangles: scene.network.triangles.clone() }
+        let triangles = scene.network.triangles.clone();
+        Self { simulation, tally: Tally::default(), triangles, of_figures: Vec::new() }
     }
 
     /// The simulation of a world, in which crossings of bodies with a thickness are counted.
     pub fn of_world(setup: &WorldSetup, precision: Precision) -> Self {
-        let (mut triangles, mut first) = (Vec::new(), 0);
+        let (mut triangles, mut of_figures, mut first) = (Vec::new(), Vec::new(), 0);
         for BodySetup { network, .. } in &setup.bodies {
             if network.thickness > 0.0 {
-                triangles
-                    .extend(network.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+                let own = network.triangles.iter().map(|corners| corners.map(|corner| first + corner));
+                triangles.extend(own.clone());
+                of_figures.extend(own.filter(|_| network.is_figure()));
             }
             first += network.x.len() as u32;
         }
-        Self { simulation: built(setup, precision), tally: Tally::default(), triangles }
+        Self { simulation: built(setup, precision), tally: Tally::default(), triangles, of_figures }
     }
 
     /// The same state in another scene of the same cloth, which has other pins.
@@ -166,7 +170,8 @@ impl Watched {
     }
 
     fn count(&mut self) {
-        let seen = crossings(&self.triangles, &positions(&self.simulation));
+        let x = positions(&self.simulation);
+        let seen = crossings(&self.triangles, &x) - crossings(&self.of_figures, &x);
         self.tally.seen = self.tally.seen.max(seen);
     }
 }

@@ -20,7 +20,7 @@ use crate::{
 pub(crate) const VARIABLE: &str = "NAPPE_BLESS";
 
 /// Files that tests write: name of the group, title, and the test in cargo's words.
-const WRITERS: [(&str, &str, &str); 8] = [
+const WRITERS: [(&str, &str, &str); 9] = [
     // First: whatever else is built is built from it.
     ("pages", "proto/generated", "--test generated"),
     ("pages", "docs/scenes.md", "--test reference -- the_reference_in_the_docs"),
@@ -30,6 +30,8 @@ const WRITERS: [(&str, &str, &str); 8] = [
         "--test service -- the_page_of",
     ),
     ("pages", "docs/stability.md", "--test stability -- the_page_of_stability"),
+    ("pages", "client/cli/tests/golden", "--bin nappe -- files_of_the_same_frames"),
+    // After every file that it lists.
     ("pages", "docs/tree.md", "--test architecture -- the_drawn_tree"),
     ("hashes", "tests/golden/hashes.txt", "--test determinism -- every_run_has_its_committed_hash"),
     // After the hashes, of which it is made.

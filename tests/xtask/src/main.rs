@@ -35,6 +35,7 @@ mod additions;
 mod drill;
 mod timed;
 mod going_on;
+mod saved;
 mod ways;
 mod install;
 mod laws;
@@ -64,7 +65,8 @@ const TASKS: [Task; 14] = [
     ),
     (
         "drill",
-        "a server under load, stopped for a while, or with jobs of ranks that are killed: load, load --minutes N, stops, jobs",
+        "a server under load, stopped for a while, killed, with jobs of ranks that are killed, or with a class: load, \
+         load --minutes N, stops, jobs, class, kill, kill --count N",
         drill::run,
     ),
     (

@@ -4,7 +4,7 @@
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, drill, going_on, install, laws, machine_code, mutants, nginx, python,
+    additions, clients, drill, going_on, install, laws, machine_code, mutants, nginx, python, saved,
     shell::{Failure, Shell},
     suites, tutorials, typescript, viewer, ways, web,
 };
@@ -19,8 +19,14 @@ const COMMITTED: [&str; 1] = ["every_run_has_its_committed_hash"];
 /// Tests of a suite that compare widths of vectors, the portable packs among them.
 const WIDTHS: [&str; 1] = ["every_width_of_vector"];
 
-/// The test of the service that makes more sequences of calls with the feature `slow`.
-const CALLS: [&str; 1] = ["every_call_that_waits"];
+/// Tests of the service that do more with the feature `slow`: sequences of calls, shipped scenes, altered files, sessions made and
+/// deleted.
+const MORE: [&str; 4] = [
+    "every_call_that_waits",
+    "shipped_scenes_go_on_from_files",
+    "files_altered_at_random",
+    "sessions_that_were_made_and_deleted",
+];
 
 /// A part of the program: its name, and the proofs of it.
 type Part = (&'static str, fn(&mut Shell) -> Result<(), Failure>);
@@ -83,9 +89,11 @@ fn snow(shell: &mut Shell) -> Result<(), Failure> {
 fn service(shell: &mut Shell) -> Result<(), Failure> {
     slow(shell, "hostile")?;
     let waiting = "--release --features nappe-tests/slow --test service";
-    suites::run(shell, "calls that wait", waiting, &CALLS, suites::SLOW)?;
+    suites::run(shell, "calls that wait, and files of sessions", waiting, &MORE, suites::SLOW)?;
     programs(shell)?;
     going_on::run(shell)?;
+    saved::run(shell)?;
+    python::read_back(shell)?;
     for name in drill::ALL {
         drill::run(shell, &[name.to_owned()])?;
     }

@@ -20,6 +20,16 @@ const FOLDER: &str = "client/python";
 /// What the environments have: for tests in both, for checks and some tests in the first.
 const TESTED: &str = "google.rpc, grpc, hatchling, numpy, pytest, pytest_asyncio";
 const CHECKED: &str = "gymnasium, mypy, pandas, ruff";
+/// What reads saved files back: a title, its environment, and the tests.
+const READERS: [(&str, &str, &[&str]); 3] = [
+    (
+        "files in VTK, usd-core, h5py and pandas",
+        "python-readers",
+        &["tests/test_vtk.py", "tests/test_usd.py", "tests/test_tables.py"],
+    ),
+    ("files in the oldest usd-core", "python-readers-oldest", &["tests/test_usd.py"]),
+    ("files in Blender", "python-blender", &["tests/test_blender.py"]),
+];
 
 /// Checks and tests the package as far as Python and its libraries are there.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
@@ -77,6 +87,23 @@ pub(crate) fn bless(shell: &mut Shell) -> Result<(), Failure> {
         return Ok(());
     };
     shell.run("docs/python.md", &mut reference(&python, "--write"))
+}
+
+/// What programs of others read in the files that the command and the package have saved, where these are there.
+pub(crate) fn read_back(shell: &mut Shell) -> Result<(), Failure> {
+    for (title, folder, tests) in READERS {
+        let python = shell.target().join("tools").join(folder).join("bin/python3");
+        if !python.is_file() {
+            shell.skip(title, "they are not installed: .ci/run prove does");
+            continue;
+        }
+        shell.step(title, |shell| {
+            install(shell, &python)?;
+            let mut read = pytest(shell, &python);
+            shell.watched(&format!("{title}: tests"), read.args(tests), suites::SLOW)
+        })?;
+    }
+    Ok(())
 }
 
 /// Throughput and latency of the package on the server that was built, where its libraries are there.

@@ -7,7 +7,7 @@
 //! | block | what happens |
 //! |---|---|
 //! | `sh` | bash runs it at the root of the copy, and must succeed |
-//! | `sh server` | is started and left running until the page ends |
+//! | `sh server` | is started in place of the one before it, and left running until the page ends |
 //! | `text output` | every line stands in what the block before printed, in this order; `...` stands for anything |
 //! | `toml file=PATH`, and other languages | is written to that file of the copy |
 //! | `rust same=PATH`, and other languages | stands in that file of the repository, word for word |
@@ -206,8 +206,9 @@ impl Reader {
         Err(Failure(format!("{} of\n{script}{printed}", output.status)))
     }
 
-    /// Starts a program and waits for its first line.
+    /// Starts a program in place of the one that runs, and waits for its first line.
     fn serve(&mut self, script: &str) -> Result<(), Failure> {
+        self.end_server();
         let mut command = self.bash(&format!("exec {script}"));
         let mut child = command
             .stdout(Stdio::piped())
@@ -224,15 +225,19 @@ impl Reader {
         }
         Ok(())
     }
-}
 
-impl Drop for Reader {
-    fn drop(&mut self) {
-        if let Some(server) = &mut self.server {
+    fn end_server(&mut self) {
+        if let Some(mut server) = self.server.take() {
             // It may have ended by itself; either way nothing is left running.
             let _ = server.kill();
             let _ = server.wait();
         }
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        self.end_server();
     }
 }
 

@@ -41,6 +41,14 @@ pub(crate) fn measure(shell: &mut Shell) -> Result<(), Failure> {
     shell.run("typescript: measure", &mut measure)
 }
 
+/// Thirty pupils of this package in a class that the built command holds.
+pub(crate) fn class(shell: &mut Shell) -> Result<(), Failure> {
+    let Some(npm) = npm(shell, "class") else { return Ok(()) };
+    let mut class = script(&npm, "class");
+    class.env("NAPPE_PROGRAM", shell.target().join("release/nappe"));
+    shell.run("class", &mut class)
+}
+
 /// The program that runs scripts of the package, if all that they need is there.
 fn npm(shell: &mut Shell, title: &str) -> Option<PathBuf> {
     let (Some(_), Some(npm)) = (shell.find("node"), shell.find("npm")) else {

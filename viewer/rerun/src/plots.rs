@@ -112,13 +112,15 @@ pub(crate) const CLOTH: [Plot; 7] = [
     },
     Plot {
         path: "plots/notices",
-        title: "Doubtful solves, passages, steps taken again and pinched particles",
+        title: "Doubtful solves, passages, steps taken again, pinched and torn particles, yielding corners",
         series: &[
             ("at their cap", AMBER),
             ("not positive definite", RED),
             ("through a collider", BLUE),
             ("taken again", GREEN),
             ("pinched", LIGHT),
+            ("yielding", VIOLET),
+            ("torn", TEAL),
         ],
         values: |d| {
             let v1::Notices {
@@ -127,9 +129,19 @@ pub(crate) const CLOTH: [Plot; 7] = [
                 passed_particles,
                 rejected_steps,
                 pinched_particles,
+                yielding_corners,
+                torn_particles,
+                ..
             } = d.notices?;
-            let counts =
-                [capped_solves, indefinite_solves, passed_particles, rejected_steps, pinched_particles];
+            let counts = [
+                capped_solves,
+                indefinite_solves,
+                passed_particles,
+                rejected_steps,
+                pinched_particles,
+                yielding_corners,
+                torn_particles,
+            ];
             Some(counts.map(|count| count as f64).to_vec())
         },
     },

@@ -6,6 +6,7 @@ import { element } from './page/dom.ts';
 import { showList } from './live/list.ts';
 import { pass, stand } from './page/notice.ts';
 import { keptWarnings, takeScenes } from './live/own.ts';
+import { learn } from './live/pupil.ts';
 import type { Ray } from './picture/ray.ts';
 import { SessionPage } from './live/session_page.ts';
 import { Themes } from './page/theme.ts';
@@ -34,13 +35,14 @@ async function start(handles: Handles, themes: Themes): Promise<void> {
   const client = connect('.', { silenceSeconds: SILENCE });
   let code = takeCode();
   takeScenes(client);
+  const id = new URLSearchParams(location.search).get('session') ?? '';
   for (let attempt = 1; ; attempt++) {
     try {
       await enter(client, code);
+      if (code !== '' && id !== '') await learn(client, id);
       // It works once.
       code = '';
-      const id = new URLSearchParams(location.search).get('session');
-      if (id === null || id === '') return await showList(client);
+      if (id === '') return await showList(client);
       const session = await admitted(client, () => client.get(id));
       if (attempt > 1) stand(null);
       handles.session = new SessionPage(client, session, themes);

@@ -7,16 +7,18 @@ import { parseArgs } from 'node:util';
 import { alone, isProgram } from './chromium.mjs';
 import { crowd } from './live/crowd.mjs';
 import { door } from './live/door.mjs';
+import { hand } from './live/hand.mjs';
 import { list } from './live/list.mjs';
 import { loads } from './live/loads.mjs';
 import { odd } from './live/odd.mjs';
 import { own } from './live/own.mjs';
 import { picture } from './live/picture.mjs';
 import { lineTo, serve } from './live/start.mjs';
+import { pupil } from './live/pupil.mjs';
 import { steering } from './live/steering.mjs';
 import { troubles } from './live/troubles.mjs';
 
-const PARTS = { picture, steering, list, own, odd, troubles, door, crowd };
+const PARTS = { picture, steering, hand, list, own, odd, troubles, door, pupil, crowd };
 /** What takes minutes runs by its name alone. */
 const SLOW = { loads };
 

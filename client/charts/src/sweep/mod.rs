@@ -8,7 +8,11 @@ mod cells;
 pub use self::runs::{Sweep, SweepRun};
 use crate::picture::Picture;
 
-pub(crate) fn picture(sweep: &Sweep) -> Result<Picture, String> {
+/// A sweep over one key, its quantities against it, or over two, the first quantity in colours over both.
+///
+/// # Errors
+/// A sweep over more keys, and what the plotter cannot make pixels of.
+pub fn picture(sweep: &Sweep) -> Result<Picture, String> {
     match sweep.keys.as_slice() {
         [key] => curves::picture(sweep, key),
         [_, _] => cells::picture(sweep),

@@ -59,6 +59,7 @@ impl Throw {
             volume: vec![volume; count],
             stiffness: Vec::new(),
             material: preset.material,
+            attach: None,
         };
         Ok(WorldSetup {
             dt: self.dt,

@@ -48,7 +48,7 @@ pub(crate) fn minimum(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// The median of each stage (s).
-pub(crate) fn median_stages(samples: &[Sample]) -> StageSeconds {
+fn median_stages(samples: &[Sample]) -> StageSeconds {
     std::array::from_fn(|stage| median(samples.iter().map(|sample| sample.stages[stage])))
 }
 

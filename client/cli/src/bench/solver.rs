@@ -115,6 +115,7 @@ fn measure(
         at_cap: AtCap::Stop,
         operator: OperatorKind::MatrixFree,
         warm_start: false,
+        floor: 0.0,
     };
     let setup = sheet::stiff_world(network, solver);
     let steps = StepCounts { warm_up: 1, timed: args.repetitions as usize };

@@ -7,8 +7,7 @@ use std::time::Instant;
 
 use nappe_sim::{
     math::Precision,
-    report::StageClock,
-    snow::Snow,
+    report::{StageClock, Task},
     world::{Simulation, WorldSetup},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -46,6 +45,9 @@ pub(crate) struct Timing {
     pub(crate) snow_bytes: usize,
 }
 
+/// Seconds of each task of a step, in the order of [`Task::ALL`].
+pub(crate) type TaskSeconds = [f64; Task::ALL.len()];
+
 /// A simulation and the threads that step it.
 struct Runner {
     pool: ThreadPool,
@@ -64,6 +66,40 @@ pub(crate) fn measure(
     threads: &[usize],
     steps: StepCounts,
 ) -> Result<Vec<Timing>> {
+    finish(stepped(setup, precision, threads, steps)?)
+}
+
+/// The same, and each task of a step by itself at the state in the end, as often as steps are timed.
+///
+/// # Errors
+/// As [`measure`].
+pub(crate) fn measure_with_tasks(
+    setup: &WorldSetup,
+    precision: Precision,
+    threads: &[usize],
+    steps: StepCounts,
+) -> Result<Vec<(Timing, Vec<TaskSeconds>)>> {
+    let runners = stepped(setup, precision, threads, steps)?;
+    let mut tasks = vec![Vec::new(); runners.len()];
+    for repetition in 0..=steps.timed {
+        for (runner, tasks) in runners.iter().zip(&mut tasks) {
+            let seconds = runner.tasks();
+            // The first ones fill the caches.
+            if repetition > 0 {
+                tasks.push(seconds);
+            }
+        }
+    }
+    Ok(finish(runners)?.into_iter().zip(tasks).collect())
+}
+
+/// Simulations that took their steps, one step each in turn.
+fn stepped(
+    setup: &WorldSetup,
+    precision: Precision,
+    threads: &[usize],
+    steps: StepCounts,
+) -> Result<Vec<Runner>> {
     let mut runners = threads.iter().map(|&n| runner(setup, precision, n)).collect::<Result<Vec<_>>>()?;
     for step in 0..steps.warm_up + steps.timed {
         for runner in &mut runners {
@@ -73,7 +109,11 @@ pub(crate) fn measure(
             }
         }
     }
+    Ok(runners)
+}
 
+/// What was measured, of simulations that ended in the same state.
+fn finish(runners: Vec<Runner>) -> Result<Vec<Timing>> {
     let timings: Vec<Timing> = runners.into_iter().map(Runner::finish).collect();
     let first = &timings[0];
     if let Some(other) = timings.iter().find(|timing| timing.state_hash != first.state_hash) {
@@ -117,6 +157,19 @@ impl Runner {
         })
     }
 
+    /// Times each task of a step by itself.
+    fn tasks(&self) -> TaskSeconds {
+        self.pool.install(|| {
+            let (mut seconds, mut last) = (TaskSeconds::default(), Instant::now());
+            self.simulation.tasks(&mut |task| {
+                let now = Instant::now();
+                seconds[task as usize] += now.duration_since(last).as_secs_f64();
+                last = now;
+            });
+            seconds
+        })
+    }
+
     fn finish(self) -> Timing {
         let hash = || {
             let begin = Instant::now();
@@ -129,10 +182,7 @@ impl Runner {
             samples: self.samples,
             state_hash: hashes[0].0,
             hash_seconds: sample::minimum(hashes.iter().map(|(_, seconds)| *seconds)),
-            snow_bytes: match &self.simulation {
-                Simulation::F32(world) => world.snow().map_or(0, Snow::memory_bytes),
-                Simulation::F64(world) => world.snow().map_or(0, Snow::memory_bytes),
-            },
+            snow_bytes: self.simulation.snow_memory_bytes(),
         }
     }
 }

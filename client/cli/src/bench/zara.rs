@@ -1,6 +1,6 @@
 //! `nappe bench zara`: the table of Zara 2001, section 6, on this machine.
 //!
-//! Time of each stage and of a frame, which is one step, for the paper's sheet sizes, explicit and
+//! Time of each task by itself and of a frame, which is one step, for the paper's sheet sizes, explicit and
 //! implicit, on one thread and on all, beside the paper's own times. Straight on the simulation
 //! library, without gRPC.
 
@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use nappe_server::numbers::whole;
-use nappe_sim::{cloth::Network, math::Precision, report::Stage};
+use nappe_sim::{cloth::Network, math::Precision, report::Task};
 use serde::Serialize;
 
 use super::{
     paper::{self, PublishedTime, Scheme},
     row::{Row, thread_counts},
     sample, sheet,
-    timings::{self, StepCounts, Timing},
+    timings::{self, StepCounts, TaskSeconds, Timing},
 };
 use crate::{
     options::args::PrecisionName,
@@ -25,14 +25,14 @@ use crate::{
     },
 };
 
-/// The table of Zara 2001: seconds of each stage and of a frame, beside the paper's own times
+/// The table of Zara 2001: seconds of each task and of a frame, beside the paper's own times
 #[derive(Args, Debug)]
 pub(crate) struct ZaraArgs {
     /// Particles of each sheet, square numbers
     #[arg(long, value_name = "N,N,...", value_delimiter = ',',
           default_values_t = [2_500, 10_000, 22_500, 90_000, 122_500, 160_000])]
     sizes: Vec<usize>,
-    /// Steps timed, after one that is not
+    /// Steps timed, and then tasks, each after one that is not
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(1..))]
     steps: u32,
     /// Threads of the second measurement [default: all cores]
@@ -53,10 +53,16 @@ struct ZaraRow {
     #[serde(flatten)]
     row: Row,
     springs: usize,
+    /// Median seconds of each stage of a step that takes any.
     stages: BTreeMap<&'static str, f64>,
+    /// Median seconds of each task that its steps have, done by itself.
+    tasks: BTreeMap<&'static str, f64>,
     state_hash: String,
     paper: Vec<PublishedTime>,
 }
+
+/// The tasks of the paper in the order of its table, and the solve.
+const TASKS: [&str; 6] = ["force", "acceleration", "velocity", "position", "matrix", "solve"];
 
 /// Runs `nappe bench zara`.
 ///
@@ -77,8 +83,13 @@ pub(crate) fn run(args: &ZaraArgs) -> Result<()> {
             let setup = sheet::world(&network, scheme.integrator())?;
             let steps = StepCounts { warm_up: 1, timed: args.steps as usize };
             let precision = Precision::from(args.precision);
-            let timings = timings::measure(&setup, precision, &thread_counts(args.threads), steps)?;
-            rows.extend(timings.iter().map(|timing| zara_row(timing, scheme, precision, &network)));
+            let threads = thread_counts(args.threads);
+            let timings = timings::measure_with_tasks(&setup, precision, &threads, steps)?;
+            let row = |(timing, tasks): &(Timing, Vec<TaskSeconds>)| {
+                let tasks = medians(tasks, scheme);
+                zara_row(timing, tasks, (scheme, precision), &network)
+            };
+            rows.extend(timings.iter().map(row));
         }
     }
 
@@ -98,9 +109,32 @@ fn side(particles: usize) -> Result<usize> {
         .hint("give squares of 8 or more: 64, 2500, 10000, 160000 ..."))
 }
 
-fn zara_row(timing: &Timing, scheme: Scheme, precision: Precision, network: &Network) -> ZaraRow {
+/// The median of each task that the steps of a scheme have (s).
+fn medians(samples: &[TaskSeconds], scheme: Scheme) -> BTreeMap<&'static str, f64> {
+    let median = |of: &dyn Fn(&TaskSeconds) -> f64| sample::median(samples.iter().map(of));
+    let task = |task: Task| median(&|seconds| seconds[task as usize]);
+    let mut medians = BTreeMap::from([
+        ("force", task(Task::Force)),
+        ("acceleration", task(Task::Acceleration)),
+        ("velocity", task(Task::Velocity)),
+        ("position", task(Task::Position)),
+    ]);
+    if scheme.integrator().is_implicit() {
+        // Forces are evaluated with the matrix: what that takes longer is the time of the matrix.
+        let matrix =
+            |seconds: &TaskSeconds| seconds[Task::ForceAndMatrix as usize] - seconds[Task::Force as usize];
+        medians.extend([("matrix", median(&matrix)), ("solve", task(Task::Solve))]);
+    }
+    medians
+}
+
+fn zara_row(
+    timing: &Timing,
+    tasks: BTreeMap<&'static str, f64>,
+    (scheme, precision): (Scheme, Precision),
+    network: &Network,
+) -> ZaraRow {
     let median_seconds = sample::median(timing.samples.iter().map(|s| s.seconds));
-    let stages = sample::median_stages(&timing.samples);
     let particles = network.x.len();
     ZaraRow {
         row: Row {
@@ -114,17 +148,18 @@ fn zara_row(timing: &Timing, scheme: Scheme, precision: Precision, network: &Net
             unit: "frames/s",
         },
         springs: network.springs.len(),
-        stages: Stage::ALL.iter().zip(stages).map(|(stage, seconds)| (stage.name(), seconds)).collect(),
+        stages: sample::named_stages(&timing.samples),
+        tasks,
         state_hash: output::hash(timing.state_hash),
         paper: paper::published_times(scheme, particles),
     }
 }
 
 fn csv(rows: &[ZaraRow]) -> String {
-    let stages: Vec<_> = Stage::ALL.iter().map(|stage| format!("{}_seconds", stage.name())).collect();
+    let tasks = TASKS.map(|task| format!("{task}_seconds"));
     let mut lines = vec![format!(
         "name,particles,springs,threads,precision,median_seconds,min_seconds,rate,unit,{},paper_machine_1,paper_seconds_1,paper_machine_2,paper_seconds_2",
-        stages.join(",")
+        tasks.join(",")
     )];
     for row in rows {
         let Row { name, particles, threads, precision, median_seconds, min_seconds, rate, unit } = &row.row;
@@ -132,7 +167,10 @@ fn csv(rows: &[ZaraRow]) -> String {
             "{name},{particles},{},{threads},{precision},{median_seconds},{min_seconds},{rate},{unit}",
             row.springs
         );
-        line.extend(Stage::ALL.iter().map(|stage| format!(",{}", row.stages[stage.name()])));
+        for task in TASKS {
+            line += ",";
+            line += &row.tasks.get(task).map(f64::to_string).unwrap_or_default();
+        }
         for slot in 0..2 {
             line += &row.paper.get(slot).map_or_else(
                 || ",,".to_owned(),
@@ -146,9 +184,7 @@ fn csv(rows: &[ZaraRow]) -> String {
 
 fn text(rows: &[ZaraRow]) -> String {
     let mut columns = vec![Column::Left("scheme"), Column::Right("particles"), Column::Right("threads")];
-    let takes_time = |stage: &Stage| rows.iter().any(|row| row.stages[stage.name()] > 0.0);
-    let shown: Vec<&str> = Stage::ALL.iter().filter(|stage| takes_time(stage)).map(|s| s.name()).collect();
-    columns.extend(shown.iter().map(|name| Column::Right(name)));
+    columns.extend(TASKS.map(Column::Right));
     columns.extend([Column::Right("frame"), Column::Left("Zara 2001, per frame")]);
 
     let cells: Vec<Vec<String>> = rows
@@ -159,22 +195,22 @@ fn text(rows: &[ZaraRow]) -> String {
                 output::count(row.row.particles as u64),
                 row.row.threads.to_string(),
             ];
-            cells.extend(shown.iter().map(|name| stage_cell(row.stages[name])));
+            cells.extend(TASKS.map(|task| task_cell(row.tasks.get(task).copied())));
             cells.push(output::time(row.row.median_seconds));
             cells.push(paper_cell(&row.paper));
             cells
         })
         .collect();
     format!(
-        "{}\n\nMedians of a step; a frame is one step. Stretch, shear and bend springs, {} iterations of the conjugate gradient\nfrom zero, {}. Of the paper's machines: a cluster of Pentium III at 733 MHz, and an SMP of four Pentium Pro at 200 MHz.",
+        "{}\n\nMedians; a frame is one step. Each task was timed by itself; in a step they are done together, in fewer sweeps over the\nparticles. An explicit step has no matrix and no solve. Stretch, shear and bend springs, {} iterations of the conjugate gradient\nfrom zero, {}. Of the paper's machines: a cluster of Pentium III at 733 MHz, and an SMP of four Pentium Pro at 200 MHz.",
         output::table(&columns, &cells),
         sheet::ITERATIONS,
         rows.first().map_or("f64", |row| row.row.precision),
     )
 }
 
-fn stage_cell(seconds: f64) -> String {
-    if seconds > 0.0 { output::time(seconds) } else { "-".to_owned() }
+fn task_cell(seconds: Option<f64>) -> String {
+    seconds.map_or_else(|| "-".to_owned(), output::time)
 }
 
 fn paper_cell(times: &[PublishedTime]) -> String {

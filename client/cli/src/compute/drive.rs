@@ -1,16 +1,22 @@
 //! Drives a session from its start to its end, saving every frame if asked to.
 //!
 //! With frames to save, the session waits for the frames to be written: none is lost, however slow the disk, and the
-//! server keeps no more than it keeps anyway. Without, it plays as fast as it can and only its diagnostics travel.
+//! server keeps no more than it keeps anyway. Without, it plays as fast as it can and only its diagnostics travel. A run that is
+//! kept stands now and then, until its frames are written and its state is kept.
 
-use std::{future::Future, path::Path};
+use std::{
+    future::{self, Future},
+    path::Path,
+    time::Duration,
+};
 
 use nappe_client::{
     Client, ClientError, DiagnosticsEvent, Event, FrameStream, SessionEnd, Wait, WatchOptions, v1,
 };
-use tokio::task::yield_now;
+use tokio::{task::yield_now, time::sleep};
 
 use super::{
+    job::Job,
     progress::{Progress, Shown},
     record,
 };
@@ -47,27 +53,29 @@ pub(crate) enum DriveEnd {
     Interrupted,
 }
 
-/// Drives a session that is paused before its first step, and keeps its frames if they go anywhere.
+/// Drives a session that is paused where its run begins or goes on, and keeps its frames if they go anywhere, and its states if it
+/// is that of a job, which has no recording.
 ///
 /// # Errors
 /// When the connection breaks or a frame cannot be saved; a failed simulation is no error here.
-pub(crate) async fn drive(
+pub(super) async fn drive(
     client: &Client,
     place: &Place,
     session: &v1::Session,
     destination: Option<&mut Destination>,
     shown: Shown,
+    job: Option<&mut Job>,
 ) -> Result<Driven> {
     let id = session.session_id.as_str();
     let Some(Destination { path, form, .. }) = destination else {
         let progress = Progress::start(session, shown);
-        return until_end(client, session, &progress, Box::pin(play(client, id, &progress))).await;
+        return until_end(client, session, &progress, Box::pin(play(client, id, &progress, job))).await;
     };
     match form {
         Form::Sink(sink) => {
             let progress = Progress::start(session, shown);
             let mut kept = Kept::default();
-            let saved = Box::pin(save(client, session, sink, &progress, &mut kept));
+            let saved = Box::pin(save(client, session, sink, &progress, &mut kept, job));
             let driven = until_end(client, session, &progress, saved).await?;
             Ok(Driven { told: kept.told, saved: Some(kept.frame_count), ..driven })
         }
@@ -94,8 +102,8 @@ async fn record(
     let mut kept = Kept::default();
     let played = Box::pin(async {
         match beside {
-            Some(sink) => Box::pin(save(client, session, sink, &progress, &mut kept)).await,
-            None => Box::pin(play(client, id, &progress)).await,
+            Some(sink) => Box::pin(save(client, session, sink, &progress, &mut kept, None)).await,
+            None => Box::pin(play(client, id, &progress, None)).await,
         }
     });
     let recorded = Box::pin(record::follow(&mut child, client, id, played));
@@ -141,14 +149,16 @@ async fn save(
     sink: &mut Sink,
     progress: &Progress,
     kept: &mut Kept,
+    job: Option<&mut Job>,
 ) -> Result<()> {
     let id = session.session_id.as_str();
     let options = WatchOptions { pace_to_watcher: true, ..WatchOptions::every_from(0) };
     let frames = client.watch(id, sink.watch(options, session)).await?;
     client.play(id, 0.0).await?;
 
-    let mut saving = Saving { client, id, frames, sink, progress, kept, newest: None, broken: None };
-    while saving.receive().await? == Arrival::Saved {
+    let newest = job.as_ref().filter(|job| job.goes_on()).map(|_| session.frame);
+    let mut saving = Saving { client, id, frames, sink, progress, kept, job, newest, broken: None };
+    while saving.go_on().await? == Arrival::Saved {
         // Where frames come faster than they are written none is waited for, and Ctrl-C would not be seen.
         yield_now().await;
     }
@@ -157,10 +167,19 @@ async fn save(
 }
 
 /// Plays without frames; diagnostics only tell how far it is.
-async fn play(client: &Client, id: &str, progress: &Progress) -> Result<()> {
+async fn play(client: &Client, id: &str, progress: &Progress, mut job: Option<&mut Job>) -> Result<()> {
     let mut stream = client.watch_diagnostics(id, DIAGNOSTICS_HZ).await?;
     client.play(id, 0.0).await?;
-    while let Some(next) = stream.next_event().await {
+    loop {
+        let wait = job.as_deref().map(Job::wait);
+        let next = tokio::select! {
+            next = stream.next_event() => next,
+            () = due(wait) => {
+                job = Box::pin(kept(client, id, progress, job)).await?;
+                continue;
+            }
+        };
+        let Some(next) = next else { return Ok(()) };
         match next {
             Ok(DiagnosticsEvent::Diagnostics(diagnostics)) => progress.show(&diagnostics),
             Ok(DiagnosticsEvent::Broken { cause }) => progress.note(&remote::broke(client, &cause)),
@@ -171,7 +190,36 @@ async fn play(client: &Client, id: &str, progress: &Progress) -> Result<()> {
             Err(error) => return unless_ended(client, id, error).await,
         }
     }
-    Ok(())
+}
+
+/// Returns once a state is due that is due in so long; never if none is.
+async fn due(wait: Option<Duration>) {
+    match wait {
+        Some(wait) => sleep(wait).await,
+        None => future::pending().await,
+    }
+}
+
+/// Has a session of a job stand, keeps its state and plays on; the job, unless the session has ended meanwhile.
+async fn kept<'a>(
+    client: &Client,
+    id: &str,
+    progress: &Progress,
+    job: Option<&'a mut Job>,
+) -> Result<Option<&'a mut Job>> {
+    let Some(job) = job else { return Ok(None) };
+    let Some(session) = stand(client, id).await? else { return Ok(None) };
+    job.keep(client, &session, progress).await;
+    client.play(id, 0.0).await?;
+    Ok(Some(job))
+}
+
+/// The session as it stands after the step in progress; none if it has ended.
+async fn stand(client: &Client, id: &str) -> Result<Option<v1::Session>> {
+    match client.pause(id, Wait::Yes).await {
+        Ok(paused) => Ok(Some(paused.session).filter(|session| !has_ended(session))),
+        Err(error) => unless_ended(client, id, error).await.map(|()| None),
+    }
 }
 
 /// A stream's error is no news when the session itself has ended: then the session says why.
@@ -199,6 +247,8 @@ struct Saving<'a> {
     sink: &'a mut Sink,
     progress: &'a Progress,
     kept: &'a mut Kept,
+    /// The run that is kept, if it is, until its session ends.
+    job: Option<&'a mut Job>,
     /// Newest frame saved.
     newest: Option<u64>,
     /// Why the stream stopped, if it did.
@@ -229,7 +279,34 @@ impl Saving<'_> {
         })
     }
 
-    /// Saves the next frame, whatever else arrives before it.
+    /// Receives what comes next, or keeps a state that is due.
+    async fn go_on(&mut self) -> Result<Arrival> {
+        let wait = self.job.as_deref().map(Job::wait);
+        tokio::select! {
+            arrival = self.receive() => arrival,
+            () = due(wait) => Box::pin(self.keep_state()).await,
+        }
+    }
+
+    /// Has the session stand, saves its frames until then, keeps its state and plays on.
+    async fn keep_state(&mut self) -> Result<Arrival> {
+        let Some(session) = stand(self.client, self.id).await? else {
+            self.job = None;
+            return Ok(Arrival::Saved);
+        };
+        while self.newest < Some(session.frame) {
+            if self.receive().await? == Arrival::Over {
+                return Ok(Arrival::Over);
+            }
+        }
+        if let Some(job) = &mut self.job {
+            job.keep(self.client, &session, self.progress).await;
+        }
+        self.client.play(self.id, 0.0).await?;
+        Ok(Arrival::Saved)
+    }
+
+    /// Saves the next frame, whatever else arrives before it. Dropping the future loses nothing.
     async fn receive(&mut self) -> Result<Arrival> {
         match self.frames.next().await {
             Some(Ok(Event::Topology(topology))) => self.sink.topology(topology),

@@ -14,6 +14,8 @@ use crate::{
 
 /// How long the server waits for this command to take a frame (s): a disk may be slow.
 const STALL_SECONDS: f64 = 3600.0;
+/// More than any file of a session has (bytes): the memory of the machine is the limit.
+const FILE_BYTES: u64 = 1 << 44;
 
 /// A running server and a client connected to it.
 #[derive(Debug)]
@@ -29,11 +31,29 @@ impl Embedded {
     /// # Errors
     /// When the system gives no port, or the connection fails.
     pub(crate) async fn start(ranks: RankSettings) -> Result<Self> {
+        Self::within(ranks, Limits::default()).await
+    }
+
+    /// The same for a run that is kept: the file of a session may be as large as there is memory.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub(super) async fn for_files(ranks: RankSettings) -> Result<Self> {
+        let limits = Limits {
+            max_mesh_bytes: FILE_BYTES,
+            max_mesh_store_bytes: FILE_BYTES,
+            max_request_bytes: FILE_BYTES,
+            ..Limits::default()
+        };
+        Self::within(ranks, limits).await
+    }
+
+    async fn within(ranks: RankSettings, limits: Limits) -> Result<Self> {
         let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0).into();
         // Nobody else on this machine gets in, and nobody has to be told the token.
         let token_place = TokenPlace::Memory;
         // Whoever runs it asks for as many ranks as he has.
-        let limits = Limits { max_ranks: Some(u32::MAX), ..Limits::default() };
+        let limits = Limits { max_ranks: Some(u32::MAX), ..limits };
         let config = Config {
             address,
             token_place,

@@ -60,6 +60,11 @@ fn has_extension(path: &Path, wanted: &str) -> bool {
 /// Extensions of `--save`: a page, a recording, files of VTK, a scene of USD, a table, a picture, a film.
 const EXTENSIONS: [&str; 7] = ["html", "rrd", "pvd", "usda", "csv", "png", "mp4"];
 
+/// Whether `--save` with a path names a folder of PLY files, and no file.
+pub(crate) fn is_folder(path: &Path) -> bool {
+    !EXTENSIONS.iter().any(|extension| has_extension(path, extension))
+}
+
 /// Checks that `--save` names a file of a kind that there is, or a folder.
 ///
 /// # Errors

@@ -6,7 +6,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use nappe_client::{CreateSession, Scene};
-use nappe_server::{RankSettings, numbers::whole};
+use nappe_server::{
+    RankSettings,
+    numbers::{Least, SECONDS, real, whole},
+};
 use nappe_sim::math::Precision;
 
 use crate::{
@@ -79,9 +82,19 @@ pub(crate) struct OverrideArgs {
 }
 
 impl OverrideArgs {
+    /// Those of a session that never ends by itself, whatever its scene says.
+    pub(crate) fn endless() -> Self {
+        Self { steps: Some(0), ..Self::default() }
+    }
+
     /// Steps until the session ends (0: never), if they are asked for.
     pub(crate) fn step_limit(&self) -> Option<u64> {
         self.steps
+    }
+
+    /// What of these options the states of a run depend on, as a text: neither threads nor ranks.
+    pub(crate) fn of_states(&self) -> String {
+        format!("{:?} {:?} {:?}", self.steps, self.precision, self.frame_interval)
     }
 
     /// The same in this precision, unless one is asked for.
@@ -145,6 +158,21 @@ pub(crate) struct ComputeArgs {
     pub(crate) picture: PictureArgs,
     #[command(flatten, next_help_heading = "Ranks of the server in this command")]
     pub(crate) ranks: RankSettings,
+}
+
+/// Where a run is kept that goes on where it was cut off.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct JobArgs {
+    /// Keep states of the run in this folder, so that the same command line goes on where it was cut off, also by a kill; --save
+    /// names a folder of PLY files then
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["server", "table", "start", "resume"])]
+    pub(crate) state_dir: Option<PathBuf>,
+    /// Forget what --state-dir keeps of the run, and begin anew
+    #[arg(long, requires = "state_dir")]
+    pub(crate) fresh: bool,
+    /// Seconds between two states that are kept [default: 10]; more where keeping them would take more than 2 % of the time
+    #[arg(long, value_name = "SECONDS", requires = "state_dir", value_parser = real(SECONDS, Least::From0))]
+    pub(crate) checkpoint_seconds: Option<f64>,
 }
 
 /// A precision on the command line.

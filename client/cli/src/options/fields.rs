@@ -150,8 +150,13 @@ impl FieldsArgs {
             ))
             .hint("--save FILE.html keeps a page, FILE.rrd a Rerun recording, FILE.pvd files for ParaView, FILE.usda a scene of USD, FOLDER PLY files; FILE.png is a picture, FILE.mp4 a film"));
         };
-        let all = "a Rerun recording, to a .pvd of files for ParaView, or to a folder of PLY files";
-        let [array, grid] = [fields.or(grid), grid].map(|option| option.map(|option| (option, all)));
+        let grid = grid.map(|option| {
+            (option, "a Rerun recording, to a .pvd of files for ParaView, or to a folder of PLY files")
+        });
+        let array = fields.map(|option| {
+            (option, "a Rerun recording, to a .pvd of files for ParaView, to a .usda of a scene, or to a folder of PLY files")
+        });
+        let array = array.or(grid);
         let color = color.map(|option| (option, "an HTML file, a picture, a film, or to a Rerun recording"));
         let error = error.map(|option| (option, "an HTML file, a picture or a film"));
         let wrong = if paths::is_html(path) || paths::is_drawn(path) {

@@ -5,12 +5,12 @@
 //! x, y, z (m), mass (kg), vx, vy, vz (m/s) and, where forces are kept, fx, fy, fz (N). The surfaces of all mesh colliders
 //! at time 0 stand once in colliders.ply, if there are any.
 //!
-//! Each file is whole. Where frames of another run are to be replaced, the new ones stand in a folder within until the end. Where a
-//! run goes on that was saved there, its frames follow those that are there.
+//! Each file is whole. Where frames of another run are to be replaced, the new ones stand in a folder within until the end; those of a
+//! run that is kept take their place at once. Where a run goes on that was saved there, its frames follow those that are there.
 
 use std::{
     io::{BufWriter, Write as _},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use nappe_client::{Frame, GridFrame, Scalars, Topology, Vectors, WatchOptions, v1};
@@ -54,6 +54,8 @@ pub(crate) struct Folder {
     scene: Option<String>,
     /// Where it goes on from; none: the run begins here.
     reached: Option<Reached>,
+    /// Whether the session itself goes on whose frames are there: their numbers go on.
+    is_same: bool,
     /// What is added to the number of a frame of the session.
     offset: u64,
     triangles: Vec<[u32; 3]>,
@@ -75,10 +77,52 @@ impl Folder {
     }
 
     /// A folder in which the run goes on that was saved there.
-    pub(super) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Self {
-        let mut folder = Self::new(Room::going_on(path), fields, Some(reached.scene.clone()));
+    ///
+    /// # Errors
+    /// As [`Room::going_on`].
+    pub(super) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Result<Self> {
+        let mut folder = Self::new(Room::going_on(path)?, fields, Some(reached.scene.clone()));
         folder.reached = Some(reached);
-        folder
+        Ok(folder)
+    }
+
+    /// Makes the folder, or takes one, for the frames of a run that is kept: those of another one go before the first comes.
+    pub(super) fn cleared(
+        path: &Path,
+        existing: Existing,
+        fields: &FieldsArgs,
+        scene: Option<String>,
+    ) -> Result<Self> {
+        Ok(Self::new(Room::cleared(path, existing)?, fields, scene))
+    }
+
+    /// A folder in which the session goes on that was kept.
+    ///
+    /// # Errors
+    /// As [`Room::going_on`].
+    pub(super) fn of_same(path: &Path, fields: &FieldsArgs, scene: Option<String>) -> Result<Self> {
+        let mut folder = Self::new(Room::going_on(path)?, fields, scene);
+        folder.is_same = true;
+        Ok(folder)
+    }
+
+    /// Checks that the frames are there which a session that goes on had made, as it stands now.
+    ///
+    /// # Errors
+    /// When one is missing.
+    pub(super) fn check(&self, session: &v1::Session) -> Result<()> {
+        if !self.is_same {
+            return Ok(());
+        }
+        match (0..=session.frame).map(|frame| self.place("frame", frame)).find(|file| !file.is_file()) {
+            None => Ok(()),
+            Some(file) => Err(CliError::failure(format!(
+                "{} is missing, which was saved before step {}, and the run goes on from there",
+                file.display(),
+                session.step
+            ))
+            .hint("--save names the folder that has it; or --fresh begins anew")),
+        }
     }
 
     fn new(room: Room, fields: &FieldsArgs, scene: Option<String>) -> Self {
@@ -87,6 +131,7 @@ impl Folder {
             fields: fields.clone(),
             scene,
             reached: None,
+            is_same: false,
             offset: 0,
             triangles: Vec::new(),
             surfaces: Surfaces::default(),
@@ -108,6 +153,9 @@ impl Folder {
             let is_due = step.is_multiple_of(session.frame_interval_steps.max(1).into());
             self.offset = if is_due { *frame } else { frame.saturating_sub(1) };
         }
+        if self.is_same {
+            options.from_frame = Some(session.frame + 1);
+        }
         self.fields.watch_exactly(options, session)
     }
 
@@ -123,7 +171,7 @@ impl Folder {
     /// When one cannot be written.
     pub(super) fn write(&mut self, frame: &Frame) -> Result<()> {
         self.room.begin()?;
-        let is_first = self.frame_count == 0 && self.reached.is_none();
+        let is_first = self.frame_count == 0 && !self.goes_on();
         let written = if is_first { self.write_surfaces() } else { Ok(()) };
         self.frame_count += 1;
         let written = written.and_then(|()| self.write_files(frame));
@@ -184,10 +232,20 @@ impl Folder {
         write(&self.room.file(COLLIDERS), &surfaces, Existing::Kept)
     }
 
+    /// Whether earlier frames of the run are there.
+    fn goes_on(&self) -> bool {
+        self.reached.is_some() || self.is_same
+    }
+
+    /// Where the file of a frame of the session is.
+    fn place(&self, what: &str, frame: u64) -> PathBuf {
+        self.room.file(&format!("{what}-{:06}.ply", frame + self.offset))
+    }
+
     /// Writes the file of a frame of the session.
     fn write_file(&self, what: &str, frame: u64, points: &PlyFrame<'_>) -> Result<()> {
-        let existing = if self.reached.is_some() { Existing::Overwritten } else { Existing::Kept };
-        write(&self.room.file(&format!("{what}-{:06}.ply", frame + self.offset)), points, existing)
+        let existing = if self.goes_on() { Existing::Overwritten } else { Existing::Kept };
+        write(&self.place(what, frame), points, existing)
     }
 
     fn write_grid(&self, frame: &Frame, grid: &GridFrame) -> Result<()> {

@@ -14,6 +14,8 @@ mod usd;
 mod table;
 mod picture;
 mod recording;
+#[cfg(test)]
+mod golden;
 
 use std::path::{Path, PathBuf};
 
@@ -113,9 +115,36 @@ impl Destination {
     }
 
     /// A folder in which a run goes on that was saved there.
-    pub(crate) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Self {
-        let sink = Sink::Folder(Box::new(Folder::going_on(path, fields, reached)));
-        Self { path: path.to_owned(), form: Form::Sink(sink), picture: None }
+    ///
+    /// # Errors
+    /// When another run writes there.
+    pub(crate) fn going_on(path: &Path, fields: &FieldsArgs, reached: Reached) -> Result<Self> {
+        let sink = Sink::Folder(Box::new(Folder::going_on(path, fields, reached)?));
+        Ok(Self { path: path.to_owned(), form: Form::Sink(sink), picture: None })
+    }
+
+    /// A folder for the frames of a run of a scene that is kept: those of another run go before the first one comes.
+    ///
+    /// # Errors
+    /// When the path names no folder, it cannot be made, or frames that are there stay.
+    pub(crate) fn cleared(
+        path: &Path,
+        existing: Existing,
+        fields: &FieldsArgs,
+        scene: &Input,
+    ) -> Result<Self> {
+        paths::check_save(path)?;
+        let folder = Folder::cleared(path, existing, fields, scene.digest())?;
+        Ok(Self { path: path.to_owned(), form: Form::Sink(Sink::Folder(Box::new(folder))), picture: None })
+    }
+
+    /// The folder in which the session of a scene goes on that was kept.
+    ///
+    /// # Errors
+    /// When another run writes there.
+    pub(crate) fn of_same(path: &Path, fields: &FieldsArgs, scene: &Input) -> Result<Self> {
+        let folder = Folder::of_same(path, fields, scene.digest())?;
+        Ok(Self { path: path.to_owned(), form: Form::Sink(Sink::Folder(Box::new(folder))), picture: None })
     }
 
     /// The folder, if a run can go on from its frames.
@@ -126,11 +155,14 @@ impl Destination {
         }
     }
 
-    /// Checks that a session has what is to be drawn of it.
+    /// Checks that a session has what is to be drawn of it, and that its earlier frames are there where it goes on.
     ///
     /// # Errors
-    /// When it ends before the instant of a picture.
+    /// When it ends before the instant of a picture, or a frame is missing.
     pub(crate) fn check(&self, session: &v1::Session) -> Result<()> {
+        if let Form::Sink(Sink::Folder(folder)) = &self.form {
+            folder.check(session)?;
+        }
         self.picture.as_ref().map_or(Ok(()), |picture| picture.check(session))
     }
 
@@ -164,6 +196,11 @@ fn beside_of(table: &Path, path: &Path, existing: Existing) -> Result<Box<Table>
         )));
     }
     Ok(Box::new(Table::create(table, existing)?))
+}
+
+/// An error with the frame at which it came.
+fn at(frame: &Frame, error: CliError) -> CliError {
+    CliError { message: format!("frame {}: {}", frame.frame, error.message), ..error }
 }
 
 impl Sink {
@@ -226,12 +263,16 @@ impl Sink {
     /// When it cannot be written.
     pub(crate) fn frame(&mut self, frame: &Frame) -> Result<()> {
         match self {
+            // Files of frames have its number in their names.
             Self::Folder(folder) => folder.write(frame),
-            Self::Html(html) => html.frame(frame),
             Self::Vtk(vtk) => vtk.frame(frame),
-            Self::Usd(usd) => usd.frame(frame),
-            Self::Table(table) => table.frame(frame),
-            Self::Tabled(sink, table) => sink.frame(frame).and_then(|()| table.frame(frame)),
+            Self::Html(html) => html.frame(frame).map_err(|error| at(frame, error)),
+            Self::Usd(usd) => usd.frame(frame).map_err(|error| at(frame, error)),
+            Self::Table(table) => table.frame(frame).map_err(|error| at(frame, error)),
+            Self::Tabled(sink, table) => {
+                sink.frame(frame)?;
+                table.frame(frame).map_err(|error| at(frame, error))
+            }
         }
     }
 

@@ -3,7 +3,8 @@
 //! Enters: a folder. Leaves: where each file is written; at the end, the files of this run alone.
 
 use std::{
-    fs, io,
+    fs::{self, File, TryLockError},
+    io,
     path::{Path, PathBuf},
 };
 
@@ -25,15 +26,19 @@ pub(super) struct Room {
     place: PathBuf,
     /// Folders that were made for it, inner ones first.
     made: Vec<PathBuf>,
+    /// Whether files of another run go before the first one of this.
+    is_cleared: bool,
     /// Whether a file came.
     is_begun: bool,
+    /// Holds the folder's lock, so that no other run writes there; none where folders have no locks.
+    _lock: Option<File>,
 }
 
 impl Room {
     /// Makes the folder, or takes one that holds no frames that stay.
     ///
     /// # Errors
-    /// When it cannot be made or read, or holds frames that stay.
+    /// When it cannot be made or read, holds frames that stay, or another run writes there.
     pub(super) fn create(path: &Path, existing: Existing) -> Result<Self> {
         let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let made = path.ancestors().take_while(missing).map(Path::to_owned).collect();
@@ -49,14 +54,37 @@ impl Room {
             ))
             .hint("--force removes them; or give another folder"));
         }
+        let lock = locked(path)?;
         let place = if old.is_empty() { path.to_owned() } else { path.join(ASIDE) };
-        Ok(Self { path: path.to_owned(), place, made, is_begun: false })
+        Ok(Self { path: path.to_owned(), place, made, is_cleared: false, is_begun: false, _lock: lock })
+    }
+
+    /// The same, where the files of another run go before the first one comes: those of a run that is cut off are where it goes on.
+    ///
+    /// # Errors
+    /// As [`Self::create`].
+    pub(super) fn cleared(path: &Path, existing: Existing) -> Result<Self> {
+        let mut room = Self::create(path, existing)?;
+        room.is_cleared = room.is_aside();
+        room.place = room.path.clone();
+        Ok(room)
     }
 
     /// A folder in which a run goes on.
-    pub(super) fn going_on(path: &Path) -> Self {
+    ///
+    /// # Errors
+    /// When another run writes there.
+    pub(super) fn going_on(path: &Path) -> Result<Self> {
+        let lock = locked(path)?;
         let path = path.to_owned();
-        Self { place: path.clone(), path, made: Vec::new(), is_begun: false }
+        Ok(Self {
+            place: path.clone(),
+            path,
+            made: Vec::new(),
+            is_cleared: false,
+            is_begun: false,
+            _lock: lock,
+        })
     }
 
     /// Whether frames of another run are there.
@@ -64,10 +92,10 @@ impl Room {
         self.place != self.path
     }
 
-    /// Makes the folder within before the first file, without what a killed run left there.
+    /// Makes the folder within before the first file, without what a killed run left there; or removes what goes then.
     ///
     /// # Errors
-    /// When it cannot be removed or made.
+    /// When it or a file cannot be removed, or it cannot be made.
     pub(super) fn begin(&mut self) -> Result<()> {
         if self.is_begun {
             return Ok(());
@@ -79,6 +107,12 @@ impl Room {
             };
             let made = cleared.and_then(|()| fs::create_dir(&self.place));
             made.map_err(|error| CliError::file("make the folder", &self.place, &error))?;
+        }
+        if self.is_cleared {
+            let old = frames(&self.path);
+            for file in old.map_err(|error| CliError::file("read the folder", &self.path, &error))? {
+                fs::remove_file(&file).map_err(|error| CliError::file("remove", &file, &error))?;
+            }
         }
         self.is_begun = true;
         Ok(())
@@ -140,6 +174,21 @@ impl Drop for Room {
                 let _ = fs::remove_dir(folder);
             }
         }
+    }
+}
+
+/// The lock of a folder, which goes with the process that holds it; none where folders cannot be opened or locked.
+///
+/// # Errors
+/// When another run holds it.
+fn locked(path: &Path) -> Result<Option<File>> {
+    let Ok(folder) = File::open(path) else { return Ok(None) };
+    match folder.try_lock() {
+        Ok(()) => Ok(Some(folder)),
+        Err(TryLockError::WouldBlock) => {
+            Err(CliError::failure(format!("another run is writing into the folder {}", path.display())))
+        }
+        Err(TryLockError::Error(_)) => Ok(None),
     }
 }
 

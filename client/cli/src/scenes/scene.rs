@@ -9,19 +9,15 @@ use std::{
 };
 
 use nappe_client::{Client, ClientError, CreateSession, MeshFile, Scene as Sent, v1};
-use nappe_scene::{
-    Body, ColliderText, Mesh, Scene,
-    files::{self, ReadOptions},
-    suggestion,
-};
-use nappe_sim::mesh::{MeshSpring, TriangleMesh};
+use nappe_scene::{Body, ColliderText, Mesh, Scene, files, suggestion};
+use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
     files::paths,
     options::args::OverrideArgs,
-    scenes::meshes,
+    scenes::{mesh_files::MeshFiles, meshes},
     words::{
         error::{CliError, Result},
         output,
@@ -124,9 +120,9 @@ pub(crate) struct Written {
     text: String,
     /// Whether there is such a file, or the program made the text.
     origin: Origin,
-    /// Meshes to send, by the path in the scene.
-    meshes: BTreeMap<String, TriangleMesh>,
-    /// Files of frames to send, likewise.
+    /// Meshes to send.
+    meshes: MeshFiles,
+    /// Files of frames to send, by the path in the scene.
     frames: BTreeMap<String, MeshFile>,
 }
 
@@ -173,7 +169,7 @@ impl Input {
 
     /// A scene made by the program, with its meshes by the path that it names.
     pub(crate) fn made(name: String, scene: Scene, meshes: BTreeMap<String, TriangleMesh>) -> Self {
-        let (text, origin) = (scene.to_toml(), Origin::Program);
+        let (text, origin, meshes) = (scene.to_toml(), Origin::Program, MeshFiles::without_tables(meshes));
         Self::Written(Box::new(Written { name, scene, text, origin, meshes, frames: BTreeMap::new() }))
     }
 
@@ -206,10 +202,7 @@ impl Input {
         let mut hasher = Xxh3::new();
         hasher.update(self.text()?.as_bytes());
         if let Self::Written(written) = self {
-            for (file, mesh) in &written.meshes {
-                hasher.update(file.as_bytes());
-                hash_mesh(mesh, &mut hasher);
-            }
+            written.meshes.add_to(&mut hasher);
             for (file, frames) in &written.frames {
                 hasher.update(file.as_bytes());
                 hasher.update(&frames.file);
@@ -304,28 +297,6 @@ impl Begun {
     }
 }
 
-/// Adds a mesh to a hash.
-fn hash_mesh(mesh: &TriangleMesh, hasher: &mut Xxh3) {
-    let TriangleMesh { points, triangles, masses, uv, velocities, springs } = mesh;
-    let lists = [points.as_flattened(), masses.as_slice(), uv.as_flattened(), velocities.as_flattened()];
-    for list in lists {
-        hasher.update(&(list.len() as u64).to_le_bytes());
-        for number in list {
-            hasher.update(&number.to_le_bytes());
-        }
-    }
-    for corner in triangles.as_flattened() {
-        hasher.update(&corner.to_le_bytes());
-    }
-    for MeshSpring { points: [a, b], kind, stiffness, damping, rest_length } in springs {
-        hasher.update(&[a.to_le_bytes(), b.to_le_bytes()].concat());
-        hasher.update(kind.name().as_bytes());
-        for number in [*stiffness, *damping, rest_length.unwrap_or(f64::NAN)] {
-            hasher.update(&number.to_le_bytes());
-        }
-    }
-}
-
 impl Written {
     /// Reads a scene with its meshes. With other values its text is made by this program.
     fn parse(name: &str, text: String, folder: &Path, values: &[(String, String)]) -> Result<Input> {
@@ -334,17 +305,7 @@ impl Written {
             let changed = scene.with_values(values);
             scene = changed.map_err(|error| CliError::usage(format!("{name}: {error}")))?;
         }
-        let mut meshes = BTreeMap::new();
-        for mesh in scene.meshes() {
-            if let Mesh::File { file, .. } = mesh
-                && !meshes.contains_key(file)
-            {
-                let loaded = files::load_mesh(&folder.join(file), &ReadOptions::default())
-                    .map_err(|error| meshes::in_words(scene.error_of_mesh_file(file, error)))?;
-                meshes::note(&loaded.warnings);
-                meshes.insert(file.clone(), loaded.mesh);
-            }
-        }
+        let meshes = MeshFiles::read(&scene, folder)?;
         let mut frames = BTreeMap::new();
         for file in scene.frame_files() {
             frames.insert(file.to_owned(), meshes::read_frames(&folder.join(file))?);
@@ -360,18 +321,16 @@ impl Written {
 
     /// Sends the meshes and the frames; the text that then names them by their ids.
     async fn send(&self, client: &Client) -> Result<String> {
-        let mut ids = BTreeMap::new();
-        for (file, mesh) in &self.meshes {
-            // What is odd about it is told of the body that is made of it, once it is in order.
-            ids.insert(file.as_str(), meshes::send(client, file, mesh).await?);
+        let (meshes, mut frames) = (self.meshes.send(client).await?, BTreeMap::new());
+        for (file, bytes) in &self.frames {
+            frames.insert(file.as_str(), client.upload_file(bytes).await?.mesh_id);
         }
-        for (file, frames) in &self.frames {
-            ids.insert(file.as_str(), client.upload_file(frames).await?.mesh_id);
-        }
-        if ids.is_empty() {
+        if meshes.is_empty() && frames.is_empty() {
             return Ok(self.text.clone());
         }
-        Ok(self.scene.text_with_uploads(|file| ids.get(file).cloned()))
+        let id_of =
+            |file: &str, table: Option<&str>| meshes.get(file, table).or_else(|| frames.get(file).cloned());
+        Ok(self.scene.text_with_uploads(id_of))
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 use nappe_scene::{Built, Scene, SceneLimits};
 use nappe_sim::{
-    cloth::{Bending, Crossed, ElementKind, ElementList, Network},
+    cloth::{Bending, Crossed, ElementKind, ElementList, Integrator, Network, Repeat},
     math::{
         array::{cross, length, minus},
         four_digits,
@@ -63,6 +63,8 @@ struct Checked<'a> {
     fabric: Vec<Folding>,
     /// How long explicit steps of bodies may be.
     bound: Vec<Bound>,
+    /// Bodies that frames lead.
+    figures: Vec<Figure>,
     warnings: Vec<String>,
 }
 
@@ -100,6 +102,19 @@ struct Bound {
     seconds: f64,
     /// What a scene may say as its `substep` (s): 0.9 of it.
     suggested_substep_s: f64,
+}
+
+/// A figure, and its frames.
+#[derive(Debug, Serialize)]
+struct Figure {
+    name: String,
+    corners: usize,
+    triangles: usize,
+    frames: usize,
+    /// From its first frame to its last one, or to the first one again where it loops (s).
+    seconds: f64,
+    /// Memory of its frames.
+    bytes: usize,
 }
 
 /// A body whose surface crosses itself.
@@ -165,7 +180,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
         crossings: crossings(&setup),
         bending: bending(&setup),
         fabric,
-        bound: simulation.step_bounds().into_iter().filter_map(bound).collect(),
+        bound: bounds(&simulation, &setup),
+        figures: setup.bodies.iter().filter_map(figure).collect(),
         warnings,
     };
     meshes::note(&checked.warnings);
@@ -209,6 +225,34 @@ fn bending(setup: &WorldSetup) -> Vec<PlateBending> {
         found.map(told).collect()
     };
     setup.bodies.iter().flat_map(of_body).collect()
+}
+
+fn figure(body: &BodySetup) -> Option<Figure> {
+    let frames = body.network.frames.as_ref()?;
+    let count = frames.count();
+    let passed = match frames.repeat {
+        Repeat::Hold => count.saturating_sub(1),
+        Repeat::Loop => count,
+    };
+    Some(Figure {
+        name: body.name.clone(),
+        corners: body.network.x.len(),
+        triangles: body.network.triangles.len(),
+        frames: count,
+        seconds: passed as f64 / frames.rate,
+        bytes: size_of_val(&*frames.places),
+    })
+}
+
+/// Bounds of all bodies but those by `explicit_euler`: its steps are bounded by what damps them.
+fn bounds(simulation: &Simulation, setup: &WorldSetup) -> Vec<Bound> {
+    let is_told = |found: &StepBound| {
+        let is_other = |body: &BodySetup| {
+            body.name == found.body && body.settings.integrator == Integrator::ExplicitEuler
+        };
+        !setup.bodies.iter().any(is_other)
+    };
+    simulation.step_bounds().into_iter().filter(is_told).filter_map(bound).collect()
 }
 
 fn bound(StepBound { body, dt, .. }: StepBound) -> Option<Bound> {
@@ -296,12 +340,21 @@ fn in_a_sentence(PlateBending { body, factor, poisson, measured_triangles, .. }:
 /// A sentence, one for each body that crosses itself or bends as a plate, and a table of the meshes of colliders.
 fn in_words(checked: &Checked<'_>) -> String {
     let count = |count: usize| output::count(count as u64);
-    let Checked { scene, particles, springs, colliders, crossings, bending, fabric, bound, .. } = checked;
+    let Checked { scene, particles, springs, colliders, crossings, bending, fabric, bound, figures, .. } =
+        checked;
     let particles = output::several(*particles as u64, "particle");
     let springs = output::several(*springs as u64, "spring");
     let mut sentence = format!("{scene}: no errors; {particles}, {springs}");
     for crossing in crossings {
         let _ = write!(sentence, "\n{}", told(crossing));
+    }
+    for Figure { name, corners, triangles, frames, seconds, .. } in figures {
+        let [corners, triangles, frames] = [corners, triangles, frames].map(|number| count(*number));
+        let seconds = four_digits(*seconds);
+        let _ = write!(
+            sentence,
+            "\nfigure '{name}': {corners} corners, {triangles} triangles, {frames} frames of {seconds} s in all"
+        );
     }
     for of_body in bending {
         let _ = write!(sentence, "\n{}", in_a_sentence(of_body));

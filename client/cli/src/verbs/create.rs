@@ -6,13 +6,12 @@ use std::{
 };
 
 use clap::Args;
-use nappe_client::{Client, Scene as Sent, v1};
 use nappe_server::state::newest_state;
 
 use crate::{
     options::args::{OverrideArgs, ServerArgs},
     outside::remote,
-    scenes::{meshes, scene},
+    scenes::{saved, scene},
     words::{
         error::{CliError, Result},
         output::OutputArgs,
@@ -56,7 +55,7 @@ pub(crate) fn run(args: &CreateArgs) -> Result<()> {
         let file = read(path)?;
         return remote::block_on(async {
             let client = remote::connect(&args.server).await?;
-            let session = go_on(&client, file, id, &args.overrides).await?;
+            let session = saved::go_on(&client, file, id, &args.overrides).await?;
             words::print(&session, args.output.format())
         });
     }
@@ -75,12 +74,4 @@ pub(crate) fn run(args: &CreateArgs) -> Result<()> {
 fn read(path: &Path) -> Result<Vec<u8>> {
     let read = if path.is_dir() { newest_state(path) } else { fs::read(path) };
     read.map_err(|error| CliError::file("read", path, &error))
-}
-
-/// Makes a session that goes on from a file; tells what is odd about it.
-async fn go_on(client: &Client, file: Vec<u8>, id: String, overrides: &OverrideArgs) -> Result<v1::Session> {
-    let sent = Sent::Checkpoint(client.upload_saved(file).await?);
-    let created = client.create_session(overrides.session(id, sent)).await?;
-    meshes::note(&created.warnings);
-    Ok(created.session)
 }

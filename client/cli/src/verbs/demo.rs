@@ -10,7 +10,7 @@ use clap::Args;
 use crate::{
     compute::{self, Server},
     files::{paths, write::ForceArgs},
-    options::args::ComputeArgs,
+    options::args::{ComputeArgs, JobArgs},
     outside::remote,
     scenes::scene::{Input, Names},
     words::{
@@ -55,7 +55,8 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
         output::line(&format!("nappe {}: a cloth falls over a sphere\n", env!("CARGO_PKG_VERSION")))?;
     }
 
-    remote::block_on(compute::compute(&scene, &compute, Server::Embedded, format))?;
+    let job = JobArgs::default();
+    remote::block_on(compute::compute(&scene, &compute, &job, Server::Embedded, format))?;
     match format {
         Format::Json => Ok(()),
         Format::Text => output::line(&what_next(&saved)),

@@ -15,8 +15,8 @@ pub(super) const GROUPS: [(&str, &[&str]); 4] = [
     (
         "A server and its sessions",
         &[
-            "serve", "connect", "create", "list", "play", "pause", "step", "update", "reset", "changes",
-            "fork", "save", "watch", "view", "stop", "delete",
+            "serve", "class", "connect", "create", "list", "play", "pause", "step", "update", "reset",
+            "changes", "fork", "save", "watch", "view", "stop", "delete",
         ],
     ),
     ("Study methods and parameters", &["chart", "plan", "stability", "sweep"]),

@@ -22,7 +22,7 @@ use nappe_sim::{cloth::Integrator, mesh::TriangleMesh};
 use crate::{
     compute::{self, Server},
     files::paths,
-    options::args::{ComputeArgs, OtherServerArgs},
+    options::args::{ComputeArgs, JobArgs, OtherServerArgs},
     outside::remote,
     scenes::{
         meshes::{self, MissingMass},
@@ -94,8 +94,8 @@ pub(crate) fn run(args: &MecasimArgs) -> Result<()> {
         return write(args, path, scene, &meshes);
     }
     let scene = scene::Input::made(args.simu.display().to_string(), scene, meshes);
-    let server = Server::new(&args.server);
-    remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
+    let (server, job) = (Server::new(&args.server), JobArgs::default());
+    remote::block_on(compute::compute(&scene, &args.compute, &job, server, args.output.format()))
 }
 
 /// Reads everything that the command line names: the scene, and its meshes by the paths in it.

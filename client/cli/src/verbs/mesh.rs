@@ -1,20 +1,28 @@
-//! `nappe mesh`: makes grids, converts between formats, gives a mesh springs, describes a mesh, uploads a file.
+//! `nappe mesh`: makes grids, converts between formats, gives a mesh springs, takes frames of figures, describes a mesh,
+//! uploads a file.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::{BufWriter, Write as _},
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, Subcommand};
 use nappe_client::MeshFile;
-use nappe_scene::{files, mesh::course_grid};
-use nappe_server::numbers::{Least, METRES, real};
+use nappe_scene::{
+    files,
+    mesh::{course_grid, write_pc2},
+};
+use nappe_server::numbers::{Least, METRES, PLAIN, real};
 use nappe_sim::mesh::TriangleMesh;
 
 use crate::{
-    files::write::ForceArgs,
+    files::write::{self, ForceArgs},
     options::args::ServerArgs,
     outside::remote,
     scenes::{
         mesh_info,
         meshes::{self, MissingMass},
+        moving::{self, Ending, Wanted},
     },
     words::{
         error::{CliError, Result},
@@ -31,6 +39,7 @@ Examples:
   nappe mesh convert cow.off cow.ply                          by extension
   nappe mesh convert data/vache vache.obj                     a folder of .eti files
   nappe mesh springs cow.obj springs.csv --out cow.ply        the mesh with springs of its own
+  nappe mesh frames man.glb --rate 30 --out man               man.ply and man.pc2, for a figure of a scene
   nappe mesh info data/pull                                   counts, size, parts, borders, volume, what is odd
   nappe mesh info *.obj --json                                one JSON object per line
   nappe mesh info ear.stl cow.ply.gz                          STL joins corners; gzip is unpacked
@@ -52,6 +61,9 @@ enum Action {
     /// Give a mesh springs of its own, from a table with the columns particle_a, particle_b and stiffness, and perhaps damping,
     /// rest_length and kind; a scene takes them by springs = { pattern = "file" }
     Springs(SpringsArgs),
+    /// Write what a figure of a scene needs, FILE.ply and FILE.pc2: of the skin and the animation of a glTF 2 file, or of a
+    /// folder with an .obj or .ply for each frame, in the order of their names
+    Frames(FramesArgs),
     /// Describe meshes: counts, size, parts, open edges, volume, what is odd or missing; one that cannot be read does
     /// not keep the others from it
     Info(InfoArgs),
@@ -113,6 +125,29 @@ struct SpringsArgs {
 }
 
 #[derive(Args, Debug)]
+struct FramesArgs {
+    /// File to read, .glb or .gltf, or folder
+    #[arg(value_name = "FILE|FOLDER")]
+    input: PathBuf,
+    /// Frames in a second (1/s); a folder has its frames already
+    #[arg(long, value_name = "RATE", default_value_t = 30.0, value_parser = real(PLAIN, Least::Above0))]
+    rate: f64,
+    /// Number of the animation of a glTF file, from 0, where it has several
+    #[arg(long, value_name = "NUMBER")]
+    animation: Option<usize>,
+    /// Leave out a frame at the end, which shows what the first one does: for frames with repeat = "loop"
+    #[arg(long = "loop")]
+    is_looped: bool,
+    /// Files to write, without their ending
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Args, Debug)]
 struct InfoArgs {
     /// Meshes to read
     #[arg(value_name = "MESH", required = true)]
@@ -146,6 +181,7 @@ pub(crate) fn run(args: &MeshArgs) -> Result<()> {
             write(&loaded.mesh, &args.out, args.force, args.output.format())
         }
         Action::Springs(args) => springs(args),
+        Action::Frames(args) => frames(args),
         Action::Info(args) => info(args),
         Action::Upload(args) => upload(args),
     }
@@ -159,6 +195,56 @@ fn springs(args: &SpringsArgs) -> Result<()> {
     let mut mesh = meshes::load(&args.input, args.masses)?.mesh;
     mesh.springs = files::load_springs(&args.springs, mesh.points.len(), &args.masses.options())?;
     write(&mesh, &args.out, args.force, args.output.format())
+}
+
+fn frames(args: &FramesArgs) -> Result<()> {
+    let out = args.out.display();
+    let is_ending =
+        |ending: &std::ffi::OsStr| ["ply", "pc2"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+    if args.out.extension().is_some_and(is_ending) {
+        let message =
+            format!("--out is {out}: allowed is a name without .ply or .pc2, which are added to it");
+        return Err(CliError::usage(message));
+    }
+    let [ply, pc2] = [".ply", ".pc2"].map(|ending| {
+        let mut name = args.out.as_os_str().to_owned();
+        name.push(ending);
+        PathBuf::from(name)
+    });
+    for path in [&ply, &pc2] {
+        write::check(path, args.force.existing())?;
+    }
+
+    let ending = if args.is_looped { Ending::Looped } else { Ending::Held };
+    let wanted = Wanted { rate: args.rate, animation: args.animation, ending };
+    let moving = moving::load(&args.input, wanted)?;
+    meshes::note(&moving.warnings);
+    files::save_mesh(&ply, &moving.mesh, args.force.existing())?;
+    write::write_by(&pc2, args.force.existing(), |file| {
+        let mut buffered = BufWriter::new(file);
+        write_pc2(&moving.frames, &mut buffered)?;
+        buffered.flush()
+    })?;
+
+    let (points, triangles) = (moving.mesh.points.len(), moving.mesh.triangles.len());
+    let (count, joined, bytes) = (moving.frames.count(), moving.joined, moving.frames.bytes());
+    let steps = if args.is_looped { count } else { count - 1 };
+    let seconds = steps as f64 / args.rate;
+    match args.output.format() {
+        Format::Json => output::json(&serde_json::json!({
+            "out": args.out, "files": [ply, pc2], "points": points, "joined": joined, "triangles": triangles,
+            "frames": count, "seconds": seconds, "bytes": bytes,
+        })),
+        Format::Text => output::line(&format!(
+            "{} and {}: {}, {}, {}; rate = {} makes {seconds:.3} s of them",
+            ply.display(),
+            pc2.display(),
+            output::several(points as u64, "point"),
+            output::several(triangles as u64, "triangle"),
+            output::several(count as u64, "frame"),
+            args.rate
+        )),
+    }
 }
 
 fn upload(args: &UploadArgs) -> Result<()> {

@@ -11,6 +11,7 @@ mod scenes;
 mod mesh;
 mod check;
 mod serve;
+mod class;
 mod connect;
 mod create;
 mod list;
@@ -42,6 +43,7 @@ use nappe_scene::shipped_scenes;
 
 use crate::{
     bench,
+    files::paths,
     words::{error::Result, version},
 };
 
@@ -67,6 +69,7 @@ enum Verb {
     Mesh(mesh::MeshArgs),
     Check(check::CheckArgs),
     Serve(serve::ServeArgs),
+    Class(class::ClassArgs),
     Connect(connect::ConnectArgs),
     Create(create::CreateArgs),
     List(list::ListArgs),
@@ -95,15 +98,10 @@ fn verbs() -> Command {
     Verb::augment_subcommands(Command::new("nappe"))
 }
 
-/// Whether a word is the name of a scene file.
-fn is_scene_file(typed: &str) -> bool {
-    Path::new(typed).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
-}
-
 /// An error of the command line. A scene in the place of a verb is told how it is run.
 pub(crate) fn improved(mut error: clap::Error) -> clap::Error {
     if let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand)
-        && (is_scene_file(typed) || shipped_scenes().iter().any(|(name, _)| name == typed))
+        && (paths::is_scene(Path::new(typed)) || shipped_scenes().iter().any(|(name, _)| name == typed))
     {
         let told = format!("'{typed}' is a scene: nappe run {typed}");
         error.remove(ContextKind::SuggestedSubcommand);
@@ -126,6 +124,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Mesh(args)) => mesh::run(args),
         Some(Verb::Check(args)) => check::run(args),
         Some(Verb::Serve(args)) => serve::run(args),
+        Some(Verb::Class(args)) => class::run(args),
         Some(Verb::Connect(args)) => connect::run(args),
         Some(Verb::Create(args)) => create::run(args),
         Some(Verb::List(args)) => list::run(args),

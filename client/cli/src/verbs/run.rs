@@ -4,7 +4,7 @@ use clap::Args;
 
 use crate::{
     compute::{self, Server},
-    options::args::{ComputeArgs, OtherServerArgs},
+    options::args::{ComputeArgs, JobArgs, OtherServerArgs},
     outside::remote,
     scenes::scene::Input,
     words::{error::Result, output::OutputArgs},
@@ -26,6 +26,7 @@ Examples:
   nappe run flag --set 'wind=[4,0,0]' --set dt=0.01   with other values of its keys
   nappe run my.toml --save frames --fields velocity   PLY files from which a run can go on
   nappe run my.toml --resume frames              that run goes on from its last frame; Ctrl-C prints this line
+  nappe run my.toml --save frames --state-dir states   the same line goes on, also after a kill
   nappe run my.toml --start frames/frame-000012.ply --save other   another run begins at one of its frames
   nappe run my.toml --threads 1 --precision f64 --json
   nappe run snow.toml --save snow.rrd --color speed --grid smoke
@@ -41,14 +42,15 @@ state_hash (16 hexadecimal digits). Over the run: max_stretch (the largest) and 
 was), notices_over_run (counts of what makes the results doubtful). At the end, of the last state or step:
 energy_at_end (J), external_work_at_end (J, of air and given forces), cloth_at_end (null, or substeps, rejected,
 dt_seconds, bound, bound_particle, bound_seconds, error_rms, error_largest, preconditioner, solve_error_m and solves),
-surface_at_end (null, or pairs, active, rounds, least_gap_m, failed and crossings), rest_at_end (null, or
-calm_share, pieces, calm_pieces, way_m and change_m), snow_at_end (null, or substeps, dt_seconds, bound,
+surface_at_end (null, or the numbers that docs/laws/surfaces.md lists), rest_at_end (null, or
+calm_share, pieces, calm_pieces, way_m, change_m, awake_share, pieces_asleep, told_m, long_steps, wakes and
+wake_cause, which is null where nothing has woken), snow_at_end (null, or substeps, dt_seconds, bound,
 plastic_count and the other diagnostics of the snow), loads_at_end (name, force in N, torque in N m and contacts
 of each collider), poses_at_end (name, position in m and turn of each collider, the turn a quaternion x, y, z,
 w). Then diverged (null, or step, particle, cause), and interrupted, particles,
 springs, threads, precision, dt, frames, saved. Where a run began at a saved frame, steps and time count from
 the start of the scene, and seconds, max_stretch, notices_over_run and frames from that frame. --resume of a
-run that has ended prints ended, steps and saved.")]
+run that has ended prints ended, steps and saved; so does --state-dir.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,
@@ -57,6 +59,8 @@ pub(crate) struct RunArgs {
     sets: Vec<(String, String)>,
     #[command(flatten)]
     compute: ComputeArgs,
+    #[command(flatten)]
+    job: JobArgs,
     #[command(flatten)]
     server: OtherServerArgs,
     #[command(flatten)]
@@ -83,5 +87,5 @@ pub(crate) fn run(args: &RunArgs) -> Result<()> {
     } else {
         Input::with_values(&args.scene, &args.sets)?
     };
-    remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
+    remote::block_on(compute::compute(&scene, &args.compute, &args.job, server, args.output.format()))
 }

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use nappe_scene::{CoarserScene, Mesh, Scene, coarser, printable};
+use nappe_scene::{CoarserScene, NoMeshes, Scene, SceneLimits, coarser, mesh::springs_csv, printable};
 use nappe_server::numbers::whole;
+use nappe_sim::{cloth::Spring, mesh::MeshSpring};
 
 use crate::{
     files::{
@@ -26,6 +27,7 @@ use crate::{
 Examples:
   nappe scenes                                              the scenes that come with nappe
   nappe scenes flag > my.toml                               the text of one, as a start for one's own
+  nappe scenes drap10 --springs springs.csv                 the springs of its cloth, as a table
   nappe scenes coarser my.toml --by 2 --write coarse.toml   a copy with a quarter of the particles"
 )]
 pub(crate) struct ScenesArgs {
@@ -34,6 +36,11 @@ pub(crate) struct ScenesArgs {
     /// Print the text of this scene, as a start for one's own
     #[arg(value_name = "SCENE")]
     name: Option<String>,
+    /// Write the springs of its cloth into a table, which `nappe mesh springs` reads
+    #[arg(long, value_name = "FILE.csv", requires = "name", help_heading = "Output")]
+    springs: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -72,11 +79,14 @@ struct CoarserArgs {
 /// Runs `nappe scenes`.
 ///
 /// # Errors
-/// When there is no scene of this name, or it has no coarser copy, or the copy cannot be written.
+/// When there is no scene of this name, it has no coarser copy or no springs, or what is asked for cannot be written.
 pub(crate) fn run(args: &ScenesArgs) -> Result<()> {
     match (&args.action, &args.name) {
         (Some(Action::Coarser(args)), _) => copy(args),
-        (None, Some(name)) => show(name, args.output.format()),
+        (None, Some(name)) => match &args.springs {
+            Some(path) => write_springs(name, path, args),
+            None => show(name, args.output.format()),
+        },
         (None, None) => list(args.output.format()),
     }
 }
@@ -86,6 +96,39 @@ fn show(name: &str, format: Format) -> Result<()> {
     match format {
         Format::Json => output::json(&serde_json::json!({ "name": name, "text": text })),
         Format::Text => output::line(text.trim_end()),
+    }
+}
+
+/// Writes the springs of the one cloth of a scene as a table.
+fn write_springs(name: &str, path: &Path, args: &ScenesArgs) -> Result<()> {
+    let scene = Scene::parse(scene::shipped_text(name)?, name)?;
+    let built = scene.build(&NoMeshes, &SceneLimits::default())?;
+    let [body] = built.setup.bodies.as_slice() else {
+        let count = built.setup.bodies.len();
+        let message =
+            format!("--springs: {name} has {count} bodies of cloth; a table has the springs of one");
+        return Err(CliError::failure(message));
+    };
+    let spring = |spring: &Spring| MeshSpring {
+        points: spring.particles,
+        kind: spring.kind,
+        stiffness: spring.law.stiffness,
+        damping: spring.law.damping,
+        rest_length: Some(spring.rest_length),
+    };
+    let springs: Vec<MeshSpring> = body.network.springs.iter().map(spring).collect();
+    if springs.is_empty() {
+        return Err(CliError::failure(format!("--springs: the cloth of {name} has none")));
+    }
+    write::write_whole(path, springs_csv(&springs).as_bytes(), args.force.existing())?;
+    match args.output.format() {
+        Format::Json => {
+            output::json(&serde_json::json!({ "scene": name, "springs": springs.len(), "written": path }))
+        }
+        Format::Text => {
+            let count = output::several(springs.len() as u64, "spring");
+            output::line(&format!("{}: {count} of {name}", path.display()))
+        }
     }
 }
 
@@ -140,14 +183,14 @@ fn copy(args: &CoarserArgs) -> Result<()> {
 fn check_meshes(text: &str, name: &str, path: &Path) -> Result<()> {
     let scene = Scene::parse(text, name)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let files = scene.meshes().filter_map(|mesh| match mesh {
-        Mesh::File { file, .. } => Some(file),
-        _ => None,
+    let files = scene.mesh_files().flat_map(|(mesh, springs)| {
+        let springs = springs.map(|springs| (springs, "a table of springs"));
+        [Some((mesh, "a mesh")), springs].into_iter().flatten()
     });
-    for file in files {
+    for (file, what) in files {
         if !folder.join(file).exists() {
             let message =
-                format!("--write {}: there is no {file} beside it, a mesh of the scene", path.display());
+                format!("--write {}: there is no {file} beside it, {what} of the scene", path.display());
             return Err(CliError::failure(message).hint("the copy is written beside its scene"));
         }
     }

@@ -29,7 +29,7 @@ Examples:
   nappe serve                          on the loopback interface, port 6277
   nappe serve --address 127.0.0.1:0    on a free port
   nappe serve --token my.token         asks for the token in a file, for clients elsewhere
-  nappe serve --links 30               with a link for each of 30 browsers, as for a class
+  nappe serve --links 30               with a link for each of 30 browsers
   nappe serve --rerun                  with a Rerun viewer that shows every session
   nappe serve --rerun rerun+http://192.168.1.5:9876/proxy
 

@@ -56,11 +56,16 @@ pub(crate) fn cloth_steps(cloth: &v1::ClothSteps) -> String {
 
 /// What kept surfaces of cloth apart, and how often edges cross triangles where that is counted.
 pub(crate) fn surfaces(surface: &v1::SurfaceReport) -> String {
-    let v1::SurfaceReport { pairs, active, rounds, least_gap_m, failed, crossings } = *surface;
+    let v1::SurfaceReport {
+        pairs, active, rounds, least_gap_m, failed, crossings, yield_m, yielding, ..
+    } = *surface;
     let told = [
         least_gap_m.map(|gap| format!("least gap {gap:.2e} m")),
         (failed > 0).then(|| format!("{} sub-steps not accepted", output::count(failed))),
         crossings.map(|count| format!("{} crossings", output::count(count))),
+        (yielding > 0).then(|| {
+            format!("{} corners of figures yield, up to {:.1} mm", output::count(yielding), 1e3 * yield_m)
+        }),
     ];
     let [pairs, active, rounds] = [pairs, active, rounds.into()].map(output::count);
     let pushed = format!("{active} of {pairs} pairs push, {rounds} rounds");
@@ -70,12 +75,17 @@ pub(crate) fn surfaces(surface: &v1::SurfaceReport) -> String {
 
 /// How much of the cloth lies still, and how far the liveliest of it went.
 pub(crate) fn rest(rest: &v1::RestReport) -> String {
-    let v1::RestReport { calm_share, pieces, calm_pieces, way_m, change_m } = *rest;
+    let v1::RestReport { calm_share, pieces, calm_pieces, way_m, change_m, told_m, .. } = *rest;
     let [calm, all] = [calm_pieces, pieces].map(output::count);
-    format!(
+    let still = format!(
         "{calm} of {all} pieces are calm, {:.1} % of the particles; in a window at most {way_m:.1e} m, changed by {change_m:.1e} m",
         100.0 * calm_share
-    )
+    );
+    if rest.pieces_asleep == 0 && rest.wakes == 0 {
+        return still;
+    }
+    let [asleep, wakes] = [rest.pieces_asleep, rest.wakes].map(output::count);
+    format!("{still}; {asleep} pieces sleep, woken {wakes} times; off by about {told_m:.1e} m")
 }
 
 /// How many particles yielded, were inverted and so on: each count that is not 0.
@@ -85,6 +95,7 @@ pub(crate) fn counts(snow: &v1::SnowDiagnostics) -> String {
         ("inverted", snow.inverted_count),
         ("clamped", snow.clamped_count),
         ("ballistic", snow.ballistic_count),
+        ("torn", snow.torn_count),
     ];
     let told = counts.iter().filter(|(_, count)| *count > 0);
     let told: Vec<String> = told.map(|(name, count)| format!("{} {name}", output::count(*count))).collect();
@@ -104,9 +115,14 @@ pub(crate) fn doubts(notices: &v1::Notices) -> String {
         ("passages through a collider", notices.passed_particles),
         ("sub-steps that were not accepted", notices.rejected_steps),
         ("pinched particles", notices.pinched_particles),
+        ("corners of figures off their frames", notices.yielding_corners),
     ];
     let told = counts.iter().filter(|(_, count)| *count > 0);
-    told.map(|(name, count)| format!("{} {name}", output::count(*count))).collect::<Vec<_>>().join(", ")
+    let told = told.map(|(name, count)| format!("{} {name}", output::count(*count)));
+    let torn = notices.first_torn_particle.zip(notices.first_torn_seconds).map(|(particle, seconds)| {
+        format!("torn by numerics: particle {particle} first, at {}", output::moment(seconds))
+    });
+    told.chain(torn).collect::<Vec<_>>().join(", ")
 }
 
 /// A sub-step of the cloths that was not accepted, in one line.
@@ -165,16 +181,37 @@ mod tests {
             surfaces(&surface),
             "7 of 1 200 pairs push, 2 rounds; least gap 1.50e-3 m; 1 sub-steps not accepted; 0 crossings"
         );
+        let pressed =
+            v1::SurfaceReport { pairs: 9, yield_m: 0.0171, yielding: 14, ..v1::SurfaceReport::default() };
+        assert_eq!(
+            surfaces(&pressed),
+            "0 of 9 pairs push, 0 rounds; 14 corners of figures yield, up to 17.1 mm"
+        );
 
-        let still =
-            v1::RestReport { calm_share: 0.25, pieces: 1200, calm_pieces: 2, way_m: 1e-3, change_m: 2e-6 };
+        let still = v1::RestReport {
+            calm_share: 0.25,
+            pieces: 1200,
+            calm_pieces: 2,
+            way_m: 1e-3,
+            change_m: 2e-6,
+            ..v1::RestReport::default()
+        };
         assert_eq!(
             rest(&still),
             "2 of 1 200 pieces are calm, 25.0 % of the particles; in a window at most 1.0e-3 m, changed by 2.0e-6 m"
         );
+        let asleep = v1::RestReport { pieces_asleep: 2, wakes: 1, told_m: 3e-5, ..still };
+        assert!(rest(&asleep).ends_with("; 2 pieces sleep, woken 1 times; off by about 3.0e-5 m"));
 
         let notices = v1::Notices { passed_particles: 1, pinched_particles: 2000, ..v1::Notices::default() };
         assert_eq!(doubts(&notices), "1 passages through a collider, 2 000 pinched particles");
         assert_eq!(doubts(&v1::Notices::default()), "");
+        let notices = v1::Notices {
+            torn_particles: 40,
+            first_torn_particle: Some(7),
+            first_torn_seconds: Some(0.95),
+            ..v1::Notices::default()
+        };
+        assert_eq!(doubts(&notices), "torn by numerics: particle 7 first, at 0.950 s");
     }
 }

@@ -162,6 +162,7 @@ mod tests {
         let json = json_of(&v1::Diagnostics { surface: Some(surface), ..v1::Diagnostics::default() });
         let expected = json!({
             "pairs": 5, "active": 2, "rounds": 3, "least_gap_m": null, "failed": 0, "crossings": null,
+            "yield_m": 0.0, "yielding": 0, "largest_push_n": 0.0,
         });
         assert_eq!(json["surface"], expected);
         assert_eq!(json_of(&v1::Diagnostics::default())["surface"], Value::Null);
@@ -169,11 +170,24 @@ mod tests {
 
     #[test]
     fn what_lies_still_has_its_names_in_json() {
-        let rest =
-            v1::RestReport { calm_share: 0.5, pieces: 4, calm_pieces: 2, way_m: 0.25, change_m: 0.125 };
+        let rest = v1::RestReport {
+            calm_share: 0.5,
+            pieces: 4,
+            calm_pieces: 2,
+            way_m: 0.25,
+            change_m: 0.125,
+            awake_share: 0.75,
+            pieces_asleep: 1,
+            told_m: 0.5,
+            long_steps: 6,
+            wakes: 3,
+            wake_cause: Some(v1::WakeCause::Pin.into()),
+        };
         let json = json_of(&v1::Diagnostics { rest: Some(rest), ..v1::Diagnostics::default() });
         let expected = json!({
             "calm_share": 0.5, "pieces": 4, "calm_pieces": 2, "way_m": 0.25, "change_m": 0.125,
+            "awake_share": 0.75, "pieces_asleep": 1, "told_m": 0.5, "long_steps": 6, "wakes": 3,
+            "wake_cause": "pin",
         });
         assert_eq!(json["rest"], expected);
         assert_eq!(json_of(&v1::Diagnostics::default())["rest"], Value::Null);

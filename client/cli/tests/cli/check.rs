@@ -85,6 +85,11 @@ fn a_fabric_is_told_with_the_length_of_its_folds_and_the_bound_of_explicit_steps
     assert!((1e-6..1e-3).contains(&bound), "{checked}");
     assert_eq!(checked["warnings"], json!([]), "{checked}");
 
+    // Its steps would be refused unless they are unchecked: nothing but damping bounds them.
+    let euler = fine.replace("pins = ", "integrator = \"explicit_euler\"\nunchecked = true\npins = ");
+    let done = nappe(&["check", &write_scene(folder.path(), &euler), "--json"]).ok();
+    assert_eq!(done.json()["bound"], json!([]), "{}", done.stdout);
+
     let coarse = write_scene(folder.path(), &fine.replace("spacing = 0.01", "spacing = 0.03"));
     let done = nappe(&["check", &coarse]).ok();
     assert!(done.stdout.contains("body 'sheet': denim, which folds at 0.02706 m"), "{}", done.stdout);
@@ -139,6 +144,13 @@ fn shipped_scenes_are_checked_by_name() {
         (&torus["particles"], &torus["colliders"][0]["triangles"], &torus["colliders"][0]["holes_closed"]),
         (&json!(4900), &json!(1024), &json!(0))
     );
+    let walker = nappe(&["check", "walker", "--json"]).ok().json();
+    let figure = json!({
+        "name": "walker", "corners": 2579, "triangles": 5118, "frames": 151, "seconds": 5.0, "bytes": 4_673_148,
+    });
+    assert_eq!((&plain["figures"], &walker["figures"]), (&json!([]), &json!([figure])));
+    let told = nappe(&["check", "walker"]).ok().stdout;
+    assert!(told.contains("figure 'walker': 2 579 corners"), "{told}");
     assert_eq!(nappe(&["check", "flga"]).code, Some(1));
 }
 

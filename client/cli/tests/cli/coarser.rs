@@ -70,3 +70,35 @@ fn what_has_no_coarser_copy_says_what_works() {
     let name = Path::new(&scene).file_name().and_then(|name| name.to_str()).expect("a name");
     refused(name, "2", 1, &["scene.toml:10:8: body[0].mesh: is a file, and no grid", "and of snow"]);
 }
+
+#[test]
+fn the_springs_of_a_scene_are_written_as_a_table() {
+    let here = folder();
+    let args = ["scenes", "drap10", "--springs", "springs.csv"];
+    let written = nappe_in(here.path(), &[&args[..], &["--json"]].concat()).ok().json();
+    // The edges of 9 x 9 cells of two triangles.
+    assert_eq!(written, json!({ "scene": "drap10", "springs": 261, "written": "springs.csv" }));
+    let text = fs::read_to_string(here.path().join("springs.csv")).expect("the table");
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("particle_a,particle_b,stiffness,damping,rest_length,kind"));
+    let lengths = lines.map(|line| {
+        let values: Vec<&str> = line.split(',').collect();
+        assert_eq!(
+            (values.len(), &values[2..4], values[5]),
+            (6, &["15000", "0.01"][..], "stretch"),
+            "{line}"
+        );
+        values[4].parse::<f64>().expect("a length")
+    });
+    let lengths: Vec<f64> = lengths.collect();
+    assert!(lengths.len() == 261 && lengths.iter().all(|length| (0.09..0.3).contains(length)), "{text}");
+
+    let stays = nappe_in(here.path(), &args);
+    assert!(stays.code == Some(1) && stays.stderr.contains("is there already"), "{stays:?}");
+    for (name, part) in [("five_sheets", "5 bodies"), ("brasseur", "0 bodies")] {
+        let refused = nappe_in(here.path(), &["scenes", name, "--springs", "other.csv"]);
+        assert!(refused.code == Some(1) && refused.stderr.contains(part), "{}", refused.stderr);
+    }
+    let alone = nappe_in(here.path(), &["scenes", "--springs", "other.csv"]);
+    assert_eq!(alone.code, Some(2), "{alone:?}");
+}

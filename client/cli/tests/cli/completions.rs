@@ -60,7 +60,7 @@ fn bash_completes_verbs_options_and_scenes() {
     let offered = |words: &[&str]| in_bash(&folder, NOBODY, words);
     assert_eq!(offered(&["nappe", "mec"]), ["mecasim"]);
     assert!(!offered(&["nappe", ""]).iter().any(|word| word == "--steps"), "of the demo");
-    for verb in ["run", "create", "chart", "plan", "stability", "sweep", "scenes", "check"] {
+    for verb in ["run", "class", "create", "chart", "plan", "stability", "sweep", "scenes", "check"] {
         assert_eq!(offered(&["nappe", verb, "two_snow"]), ["two_snowballs"], "{verb}");
         assert!(offered(&["nappe", verb, ""]).len() > 5, "{verb}");
     }
@@ -108,7 +108,7 @@ fn scripts_of_other_shells_have_the_verbs_and_zsh_a_function_for_each_argument_w
     }
     let zsh = nappe(&["completions", "zsh"]).ok().stdout;
     assert!(zsh.starts_with("#compdef nappe\n"), "{zsh}");
-    for (function, count) in [("_nappe_scenes", 9), ("_nappe_sessions", 12)] {
+    for (function, count) in [("_nappe_scenes", 10), ("_nappe_sessions", 12)] {
         assert_eq!(zsh.matches(&format!(":{function}' \\\n")).count(), count, "{function}");
         assert_eq!(zsh.matches(&format!("\n{function}() {{\n")).count(), 1, "{function}");
     }

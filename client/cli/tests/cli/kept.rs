@@ -10,7 +10,7 @@ use std::{
 use crate::support::{Folder, SMALL_SCENE, command, end_by, folder, nappe_in, until, write_scene};
 
 /// Every file and folder below a folder, with the bytes of the files.
-fn contents(folder: &Path) -> BTreeMap<String, Option<Vec<u8>>> {
+pub(crate) fn contents(folder: &Path) -> BTreeMap<String, Option<Vec<u8>>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -39,7 +39,7 @@ fn earlier() -> Folder {
 }
 
 /// A run that goes on in the place of an earlier one, and has written a file.
-fn begun(here: &Path, save: &str, file: &str) -> Child {
+pub(crate) fn begun(here: &Path, save: &str, file: &str) -> Child {
     let mut run = command();
     run.current_dir(here).args(["run", "scene.toml", "--force", "--save", save]);
     let run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");

@@ -15,6 +15,8 @@ mod refused_frames;
 mod summary;
 mod colliders;
 mod mesh;
+mod springs_file;
+mod mesh_frames;
 mod check;
 mod coarser;
 mod mecasim;
@@ -29,7 +31,10 @@ mod ranks_lost;
 mod ranks_hung;
 mod ranks_stopped;
 mod ranks_hosts;
+mod ranks_kept;
 mod links;
+#[cfg(unix)]
+mod class;
 mod tokens;
 mod connect;
 mod bench;
@@ -47,8 +52,11 @@ mod sweep;
 mod sweep_files;
 mod sweep_parts;
 mod snow;
+#[cfg(unix)]
+mod jobs;
 mod vtk;
 mod usd;
 mod table;
+mod saved;
 #[cfg(unix)]
 mod drawn;

@@ -70,7 +70,7 @@ fn a_place_for_frames_says_which_endings_there_are() {
     for (typed, near) in [
         ("x.htm", "--save x.htm: no frames are kept in a .htm; did you mean '.html'?"),
         ("x.rdr", "did you mean '.rrd'?"),
-        ("x.mp4", "allowed: .html, .rrd"),
+        ("x.alembic", "allowed: .html, .rrd"),
     ] {
         says(&["run", "flag", "--save", typed], 2, &[near, all]);
         says(&["watch", "first", "--save", typed], 2, &[near, all]);

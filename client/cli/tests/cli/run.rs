@@ -114,7 +114,7 @@ fn frames_of_another_run_are_not_mixed_up() {
 
 #[test]
 fn a_save_path_that_is_neither_recording_nor_folder_is_refused_before_anything_runs() {
-    let done = nappe(&["run", "demo", "--save", "movie.mp4"]);
+    let done = nappe(&["run", "demo", "--save", "movie.avi"]);
     assert_eq!(done.code, Some(2), "{done:?}");
     assert!(done.stderr.contains(".rrd"), "{}", done.stderr);
 }

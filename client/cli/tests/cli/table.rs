@@ -8,20 +8,33 @@ use crate::{
     vtk::{Vtp, listed},
 };
 
-/// The columns that `docs/command.md` lists.
-fn documented() -> Vec<String> {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/command.md");
-    let page = fs::read_to_string(page).expect("the page of the command");
-    let (_, section) = page.split_once("\n### The table\n").expect("a section");
-    let section = section.split("\n### ").next().expect("a section");
+/// The names in the first column of the tables of a section.
+fn listed_in(page: &str, title: &str) -> Vec<String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
+    let page = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let (level, _) = title.split_once(' ').expect("a title");
+    let (_, section) = page.split_once(&format!("\n{title}\n")).expect("a section");
+    let section = section.split(&format!("\n{level} ")).next().expect("a section");
     let cells = section.lines().filter_map(|line| line.strip_prefix("| `")?.split('|').next());
     cells
         .flat_map(|cell| cell.split([',', '`', ' ']).filter(|word| !word.is_empty()).map(str::to_owned))
         .collect()
 }
 
+/// The columns that `docs/command.md` lists: in place of `surface_*` those numbers that the page of surfaces lists.
+fn documented() -> Vec<String> {
+    let columns = listed_in("command.md", "### The table").into_iter();
+    let of_surfaces = listed_in("laws/surfaces.md", "## What a step tells");
+    let each = |column: String| {
+        let told =
+            |prefix: &str| of_surfaces.iter().map(|number| format!("{prefix}{number}")).collect::<Vec<_>>();
+        column.strip_suffix('*').map_or_else(|| vec![column.clone()], told)
+    };
+    columns.flat_map(each).collect()
+}
+
 /// The names of the columns, and the fields of each row; no field here has a comma.
-fn read(path: &Path) -> (Vec<String>, Vec<Vec<String>>) {
+pub(crate) fn read(path: &Path) -> (Vec<String>, Vec<Vec<String>>) {
     let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     assert!(text.ends_with('\n'), "its last line is whole");
     let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());

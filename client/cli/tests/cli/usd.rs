@@ -10,10 +10,10 @@ use crate::{
 };
 
 /// What a file holds.
-struct Scene(String);
+pub(crate) struct Scene(String);
 
 impl Scene {
-    fn read(path: &Path) -> Self {
+    pub(crate) fn read(path: &Path) -> Self {
         let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         assert!(text.starts_with("#usda 1.0\n") && text.ends_with("\n}\n"), "it is whole");
         for [open, close] in [['{', '}'], ['(', ')'], ['[', ']']] {
@@ -23,7 +23,7 @@ impl Scene {
     }
 
     /// The lines of a prim of a kind.
-    fn prim(&self, kind: &str, name: &str) -> Vec<&str> {
+    pub(crate) fn prim(&self, kind: &str, name: &str) -> Vec<&str> {
         let opening = format!("    def {kind} \"{name}\"");
         let lines = self.0.lines().skip_while(|line| !line.starts_with(&opening));
         let lines: Vec<&str> = lines.take_while(|line| *line != "    }").collect();
@@ -33,13 +33,13 @@ impl Scene {
 }
 
 /// The value of an attribute that stays.
-fn value<'a>(prim: &[&'a str], declared: &str) -> &'a str {
+pub(crate) fn value<'a>(prim: &[&'a str], declared: &str) -> &'a str {
     let line = prim.iter().find_map(|line| line.trim().strip_prefix(declared)?.strip_prefix(" = "));
     line.unwrap_or_else(|| panic!("no {declared}"))
 }
 
 /// Time codes and values of an attribute.
-fn samples<'a>(prim: &[&'a str], declared: &str) -> Vec<(f64, &'a str)> {
+pub(crate) fn samples<'a>(prim: &[&'a str], declared: &str) -> Vec<(f64, &'a str)> {
     let opening = format!("        {declared}.timeSamples = {{");
     let lines =
         prim.iter().skip_while(|line| **line != opening).skip(1).take_while(|line| **line != "        }");
@@ -51,7 +51,7 @@ fn samples<'a>(prim: &[&'a str], declared: &str) -> Vec<(f64, &'a str)> {
 }
 
 /// All numbers of a value.
-fn numbers(value: &str) -> Vec<f64> {
+pub(crate) fn numbers(value: &str) -> Vec<f64> {
     let words = value.split(['(', ')', '[', ']', ',', ' ']).filter(|word| !word.is_empty());
     words.map(|word| word.parse().expect("a number")).collect()
 }

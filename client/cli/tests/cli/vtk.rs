@@ -32,7 +32,7 @@ impl Vtp {
     }
 
     /// A number of the piece.
-    fn count(&self, name: &str) -> usize {
+    pub(crate) fn count(&self, name: &str) -> usize {
         let (_, rest) = self.head.split_once(&format!(" {name}=\"")).expect("a number of the piece");
         rest.split('"').next().and_then(|number| number.parse().ok()).expect("a number")
     }
@@ -51,7 +51,7 @@ impl Vtp {
     }
 
     /// The texts of a fact.
-    fn texts(&self, name: &str) -> Vec<String> {
+    pub(crate) fn texts(&self, name: &str) -> Vec<String> {
         let bytes: Vec<u8> = self.numbers(name).into_iter().map(|byte| byte as u8).collect();
         let texts = bytes.split(|byte| *byte == 0).map(|text| String::from_utf8_lossy(text).into_owned());
         let mut texts: Vec<String> = texts.collect();
@@ -83,7 +83,7 @@ impl Vtp {
     }
 
     /// Points of binary64.
-    fn points(&self) -> Vec<[f64; 3]> {
+    pub(crate) fn points(&self) -> Vec<[f64; 3]> {
         let (kind, bytes) = self.array("Points", "Points").expect("points");
         assert_eq!(kind, "Float64");
         let (numbers, _) = bytes.as_chunks::<8>();
@@ -287,7 +287,7 @@ fn begun(here: &Path, more: &[&str], file: &str) -> Child {
 }
 
 /// Every file that an index lists is whole; gives how many there are.
-fn check_whole(here: &Path, index: &str) -> usize {
+pub(crate) fn check_whole(here: &Path, index: &str) -> usize {
     let rows = listed(&here.join(index), "particles");
     for (time, file) in &rows {
         assert_eq!(Vtp::read(&here.join(file)).numbers("TimeValue"), [*time], "{file}");

@@ -11,8 +11,8 @@ use nappe_sim::{
 use super::{
     elements::{self, LawsText},
     inside::Solid,
-    mass,
-    meshes::{MeshSource, load},
+    mass::{self, SaidBy},
+    meshes::{MeshSource, load, load_springs},
     pins::{self, Layout},
     repair,
     size::{Owner, Size},
@@ -69,9 +69,10 @@ pub(super) fn build(
     let (mut mesh, layout, mut warnings) = make_mesh(text, meshes, size)?;
     elements::check_triangles(body, &mesh, &text.at)?;
     move_mesh(&mut mesh, &body.transform, &text.at.key("transform"))?;
-    let (mass, key) = (body.mass_of_all(), if body.material.is_some() { "material" } else { "mass" });
+    let (mass, said_by) =
+        (body.mass_of_all(), if body.material.is_some() { SaidBy::Fabric } else { SaidBy::Mass });
     warnings.extend(units::questions(&mesh, mass));
-    let mut pinned = mass::apply(mass, &mut mesh, &text.at.key(key))?;
+    let mut pinned = mass::apply(mass, &mut mesh, (said_by, &text.at.key(said_by.key())))?;
     pinned.extend(pins::particles(&body.pins, layout, mesh.points.len(), &text.at.key("pins"))?);
     pinned.sort_unstable();
     pinned.dedup();
@@ -80,7 +81,7 @@ pub(super) fn build(
     let start = ClothStart { name: &body.name, on_pass: body.on_pass, free: &free };
     warnings.extend(start.settle(&mut mesh.points, text.solids)?);
 
-    let springs = SpringsText { springs: body.springs, mesh: &body.mesh, at: &text.at };
+    let springs = SpringsText { springs: body.springs.as_ref(), mesh: &body.mesh, at: &text.at };
     let mut network = springs.network(&mesh, layout, size)?;
     let laws = LawsText { body, at: &text.at };
     network.elements = laws.elements(&mesh, size, &mut warnings)?;
@@ -161,6 +162,9 @@ fn make_mesh(
                 size.check_particles(&text.owner(), "mesh", mesh.points.len() as u64)?;
             }
             let mut mesh = Arc::unwrap_or_clone(mesh);
+            if let Some(table) = text.body.springs_file() {
+                mesh.springs = load_springs(table, mesh.points.len(), meshes, &text.at.key("springs"))?;
+            }
             let told = repair::put_in_order(&mut mesh, *repair, &at)?;
             size.add_particles(&text.owner(), "mesh", mesh.points.len() as u64)?;
             Ok((mesh, Layout::Free, told))

@@ -10,7 +10,7 @@ use nappe_sim::{
 
 use super::{
     estimate::SceneSize,
-    meshes::{MeshSource, load, load_frames, uploaded},
+    meshes::{MeshSource, load, load_frames, uploaded, uploaded_frames},
     size::{Owner, Size},
     thickness,
 };
@@ -37,13 +37,14 @@ fn is_thick(body: &Body) -> bool {
     body.thickness > 0.0
 }
 
-/// Builds the figure at `at`, stepped as a body with a thickness is; an error stands in the first of its keys that does not fit.
+/// Builds the figure at `at`, stepped as a body with a thickness is, in steps of the scene of `dt` (s); an error stands in the first of
+/// its keys that does not fit.
 pub(super) fn build(
     figure: &Figure,
     at: &Location<'_>,
     like: &BodySetup,
     meshes: &dyn MeshSource,
-    size: &mut Size<'_>,
+    (size, dt): (&mut Size<'_>, f64),
 ) -> Result<BodySetup, SceneError> {
     let at_mesh = at.key("mesh");
     let mesh = load(&figure.mesh, meshes, &at_mesh)?;
@@ -55,10 +56,11 @@ pub(super) fn build(
     let read = load_frames(&figure.frames.source, meshes, &at_frames)?;
     let places = moved(&read.places, &figure.transform, &at.key("transform"))?;
     let (rate, repeat, start) = (figure.frames.rate, figure.frames.repeat, figure.start);
-    let frames = Frames { places, corners: read.points, rate, start, repeat };
+    let frames = Frames { places, corners: read.points, rate, start, repeat, masses: [].into() };
     if let Some(message) = frames.invalid(mesh.points.len()) {
         return at_frames.inconsistent(message);
     }
+    let frames = frames.giving_way(&mesh.triangles, figure.firmness, dt);
 
     let count = mesh.points.len();
     let network = Network {
@@ -124,10 +126,10 @@ impl SceneSize {
         }
         self.triangles = self.triangles.saturating_add(triangles);
         self.triangles_apart = self.triangles_apart.saturating_add(triangles);
-        // Frames that a transform moves are there beside those that were uploaded.
+        // Frames that a transform moves are there beside those that were uploaded; those that come with nappe are made for each session.
         if let FramesSource::Upload(id) = &figure.frames.source
-            && figure.transform != Transform::default()
-            && let Some(frames) = meshes.uploaded_frames(id)
+            && (figure.transform != Transform::default() || meshes.uploaded_frames(id).is_none())
+            && let Some(frames) = uploaded_frames(id, meshes)
         {
             self.frame_bytes = self.frame_bytes.saturating_add(frames.bytes());
         }

@@ -11,6 +11,25 @@ use crate::{
     location::Location,
 };
 
+/// What says the masses of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SaidBy {
+    /// The key `mass`, or its mesh.
+    Mass,
+    /// A fabric, by its mass per area alone.
+    Fabric,
+}
+
+impl SaidBy {
+    /// The key of a body where it stands.
+    pub(super) const fn key(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Fabric => "material",
+        }
+    }
+}
+
 /// Writes the masses (kg) into the mesh. Returns the particles that the mesh pins with the mass 0
 /// where the scene gives them another.
 ///
@@ -18,7 +37,7 @@ use crate::{
 pub(super) fn apply(
     mass: Option<Mass>,
     mesh: &mut TriangleMesh,
-    at: &Location<'_>,
+    (said_by, at): (SaidBy, &Location<'_>),
 ) -> Result<Vec<u32>, SceneError> {
     let Some(mass) = mass else {
         if mesh.masses.is_empty() {
@@ -39,15 +58,17 @@ pub(super) fn apply(
     if let Some(i) = mesh.masses.iter().position(|m| *m <= 0.0 || !m.is_finite()) {
         let is_unused =
             !mesh.triangles.is_empty() && !mesh.triangles.iter().flatten().any(|p| *p as usize == i);
-        let (why, other) = if is_unused {
-            ("no triangle names it", "unused = \"drop\" in its mesh, which leaves such points out, ")
-        } else {
-            ("its triangles have no area", "")
+        let why = if is_unused { "no triangle names it" } else { "its triangles have no area" };
+        let allowed = match (said_by, is_unused) {
+            (SaidBy::Mass, false) => "{ particle = kg } or { total = kg }",
+            (SaidBy::Mass, true) => {
+                "unused = \"drop\" in its mesh, which leaves such points out, { particle = kg } or { total = kg }"
+            }
+            (SaidBy::Fabric, false) => "a mesh whose points are all corners of triangles with an area",
+            (SaidBy::Fabric, true) => "unused = \"drop\" in its mesh, which leaves such points out",
         };
-        let message = format!(
-            "gives particle {i} the mass {}: {why}; allowed here: {other}{{ particle = kg }} or {{ total = kg }}",
-            mesh.masses[i]
-        );
+        let mass = mesh.masses[i];
+        let message = format!("gives particle {i} the mass {mass}: {why}; allowed here: {allowed}");
         return at.inconsistent(message);
     }
 

@@ -1,16 +1,16 @@
-//! Where the meshes and frames of a scene come from: formulas stand in the scene, one mesh comes with nappe, others are brought by
+//! Where the meshes and frames of a scene come from: formulas stand in the scene, some come with nappe, others are brought by
 //! the caller.
 
 use std::sync::Arc;
 
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::mesh::{MeshSpring, TriangleMesh};
 
 use crate::{
     body::Mesh,
     error::{ErrorKind, SceneError},
     figure::FramesSource,
     location::Location,
-    mesh::{PointFrames, shipped_torus},
+    mesh::{PointFrames, shipped_torus, shipped_tunic, shipped_walk, shipped_walker},
     scene::Scene,
 };
 
@@ -40,6 +40,18 @@ pub trait MeshSource {
         );
         Err(SceneError::new(ErrorKind::MeshNotFound, "", message))
     }
+
+    /// The springs in the table that a scene names for a mesh of so many points.
+    ///
+    /// # Errors
+    /// When files are not allowed here, or this one cannot be read as springs.
+    fn springs_file(&self, path: &str, _points: usize) -> Result<Vec<MeshSpring>, SceneError> {
+        let message = format!(
+            "no tables of springs are opened here: upload the mesh with the springs of '{path}' as a PLY, and take them by \
+             springs = {{ pattern = \"file\" }}"
+        );
+        Err(SceneError::new(ErrorKind::MeshNotFound, "", message))
+    }
 }
 
 /// No uploads and no files: scenes by formula only.
@@ -57,15 +69,28 @@ impl MeshSource for NoMeshes {
     }
 }
 
-/// The name under which scenes find the mesh that comes with nappe among the uploads.
-const TORUS: &str = "torus";
+/// The name under which scenes find the frames that come with nappe among the uploads, and the mesh that they lead.
+const WALKER: &str = "walker";
 
-/// The uploaded mesh with this id, or the one that comes with nappe.
+/// The uploaded mesh with this id, or one that comes with nappe.
 pub(super) fn uploaded(id: &str, meshes: &dyn MeshSource) -> Option<Arc<TriangleMesh>> {
-    meshes.upload(id).or_else(|| (id == TORUS).then(|| Arc::new(shipped_torus())))
+    meshes.upload(id).or_else(|| {
+        let shipped = match id {
+            "torus" => shipped_torus(),
+            "tunic" => shipped_tunic(),
+            WALKER => shipped_walker(),
+            _ => return None,
+        };
+        Some(Arc::new(shipped))
+    })
 }
 
-/// The error of a mesh file: one that cannot be opened stands where the scene names it. `at` is the mesh there.
+/// The uploaded frames with this id, or those that come with nappe.
+pub(super) fn uploaded_frames(id: &str, meshes: &dyn MeshSource) -> Option<PointFrames> {
+    meshes.uploaded_frames(id).or_else(|| (id == WALKER).then(shipped_walk))
+}
+
+/// The error of a file: one that cannot be opened stands where the scene names it. `at` is the mesh, or what else has it, there.
 fn named_at(at: &Location<'_>, error: SceneError) -> SceneError {
     if error.kind != ErrorKind::Io {
         return error;
@@ -97,6 +122,15 @@ impl Scene {
             None => error,
         }
     }
+
+    /// The same for a table of springs of the scene.
+    #[must_use]
+    pub fn error_of_springs_file(&self, file: &str, error: SceneError) -> SceneError {
+        match self.bodies.iter().position(|body| body.springs_file() == Some(file)) {
+            Some(i) => named_at(&Location::root(&self.source).key("body").index(i).key("springs"), error),
+            None => error,
+        }
+    }
 }
 
 /// A mesh that came from outside; one by formula is an error. `at` is where the scene names it.
@@ -117,6 +151,16 @@ pub(super) fn load(
     }
 }
 
+/// The springs in a table that a body names for a mesh of so many points; `at` is where it has its springs.
+pub(super) fn load_springs(
+    table: &str,
+    points: usize,
+    meshes: &dyn MeshSource,
+    at: &Location<'_>,
+) -> Result<Vec<MeshSpring>, SceneError> {
+    meshes.springs_file(table, points).map_err(|error| named_at(at, error))
+}
+
 /// The frames that a figure names; `at` is where it names them.
 pub(super) fn load_frames(
     source: &FramesSource,
@@ -124,7 +168,7 @@ pub(super) fn load_frames(
     at: &Location<'_>,
 ) -> Result<PointFrames, SceneError> {
     match source {
-        FramesSource::Upload(id) => meshes.uploaded_frames(id).ok_or_else(|| {
+        FramesSource::Upload(id) => uploaded_frames(id, meshes).ok_or_else(|| {
             let message = format!("no frames with the id '{id}' were uploaded, or they are no longer kept");
             at.key("upload").error(ErrorKind::MeshNotFound, message)
         }),

@@ -18,7 +18,7 @@ use crate::{
 
 /// Springs as a body has them written, with its mesh, and where the body stands.
 pub(super) struct SpringsText<'a> {
-    pub(super) springs: Option<Springs>,
+    pub(super) springs: Option<&'a Springs>,
     pub(super) mesh: &'a Mesh,
     pub(super) at: &'a Location<'a>,
 }
@@ -32,9 +32,11 @@ impl SpringsText<'_> {
         size: &mut Size<'_>,
     ) -> Result<Network, SceneError> {
         let Some(springs) = self.springs else { return Ok(particles(mesh)) };
+        if springs.file.is_some() || springs.pattern == Some(Pattern::File) {
+            return self.of_mesh(springs, mesh, layout, size);
+        }
         let owner = Owner { at: self.at, noun: "body" };
         let pattern = match (springs.pattern, layout, self.mesh) {
-            (Some(Pattern::File), ..) => return self.of_mesh(&springs, mesh, layout, size),
             (Some(Pattern::Lattice), Layout::Chain | Layout::Free, _) => {
                 let message = "is 'lattice': only grids have rows and columns; allowed here: edges";
                 return self.at.key("springs").key("pattern").inconsistent(message);
@@ -44,8 +46,7 @@ impl SpringsText<'_> {
             (None, ..) => Pattern::Edges,
         };
         let Some(stretch) = springs.stretch else {
-            let message =
-                "is missing: springs that resist change of length; only pattern = \"file\" goes without them";
+            let message = "is missing: springs that resist change of length; only `file` and pattern = \"file\" go without them";
             return Err(self.at.key("springs").key("stretch").error(ErrorKind::Missing, message));
         };
 
@@ -53,7 +54,7 @@ impl SpringsText<'_> {
             SpringRules { stretch: law(stretch), shear: springs.shear.map(law), bend: springs.bend.map(law) };
 
         match (layout, pattern) {
-            (Layout::Chain, _) => self.chain(&springs, mesh, size),
+            (Layout::Chain, _) => self.chain(springs, mesh, size),
             (Layout::Grid { columns, rows }, Pattern::Lattice) => {
                 let [stretch, shear, bend] = size::lattice_springs(u64::from(columns), u64::from(rows));
                 let wanted = stretch + rules.shear.map_or(0, |_| shear) + rules.bend.map_or(0, |_| bend);
@@ -146,7 +147,7 @@ fn law(law: SpringLaw) -> cloth::SpringLaw {
 
 /// The springs that an uploaded mesh brings to a body which takes them: how many, and the sums of stiffness and damping.
 pub(super) fn own_springs(body: &Body, meshes: &dyn MeshSource) -> Option<(u64, [f64; 2])> {
-    body.springs.filter(|springs| springs.pattern == Some(Pattern::File))?;
+    body.springs.as_ref().filter(|springs| springs.pattern == Some(Pattern::File))?;
     let Mesh::Upload { upload, .. } = &body.mesh else { return None };
     let mesh = uploaded(upload, meshes)?;
     let add = |[k, nu]: [f64; 2], spring: &MeshSpring| [k + spring.stiffness, nu + spring.damping];

@@ -66,6 +66,7 @@ pub(super) fn settings(
             at_cap: AtCap::default(),
             operator: body.solver.operator,
             warm_start: body.solver.warm_start,
+            floor: 0.0,
         },
         time_step: time_step(body, at, dt)?,
         tolerance: body.tolerance,

@@ -115,7 +115,7 @@ fn add_figures(
     let Some(like) = bodies.iter().find(|body| body.network.thickness > 0.0) else { return };
     let mut made = Vec::new();
     for (i, text) in scene.figures.iter().enumerate() {
-        made.extend(found.take(figure::build(text, &list.index(i), like, meshes, size)));
+        made.extend(found.take(figure::build(text, &list.index(i), like, meshes, (&mut *size, scene.dt))));
     }
     bodies.extend(made);
 }

@@ -56,7 +56,7 @@ fn edit_mesh(mesh: &Mesh, grid: CoarserGrid, factor: f64, at: &Path, edits: &mut
 
 /// The springs of a chain, or of a grid of one row or column.
 fn edit_springs(body: &Body, factor: f64, at: &Path, edits: &mut Edits<'_>) {
-    let Some(springs) = body.springs else { return };
+    let Some(springs) = &body.springs else { return };
     let laws = [("stretch", springs.stretch), ("shear", springs.shear), ("bend", springs.bend)];
     for (name, law) in laws {
         let Some(SpringLaw { stiffness, damping }) = law else { continue };

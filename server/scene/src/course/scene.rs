@@ -182,7 +182,7 @@ fn springs(
     let stiffness = needed(parameters.stiffness, "k", "the stiffness (N/m)")?;
     let damping = needed(parameters.damping, "nu", "the damping (N s/m)")?;
     let stretch = Some(SpringLaw { stiffness, damping });
-    Ok(Some(Springs { pattern: None, stretch, shear: None, bend: None }))
+    Ok(Some(Springs { file: None, pattern: None, stretch, shear: None, bend: None }))
 }
 
 fn solver(

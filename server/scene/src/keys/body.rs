@@ -81,7 +81,7 @@ static MESH: Section = Section {
         key("grid", WholePair(1, 100_000), "particles", Chosen, "`[columns, rows]`: particle r * columns + c at (c, 0, r) spacing"),
         key("chain", Whole(1, 10_000_000), "particles", Chosen, "particles in a row along x, joined one to the next"),
         key("course_grid", Whole(2, 10_000), "particles", Chosen, "the course's square grid with this many particles per side, 0.1 m apart: x = 0.1 c, y = -0.1 r, z = 0.1 sin(-2.5 c), all with 6 significant digits; mass 0 at the two upper corners, 1 kg elsewhere"),
-        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus: a mesh that comes with nappe"),
+        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus, walker or tunic: meshes that come with nappe"),
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply or .stl, also packed as .obj.gz and so on, or a folder of .eti files"),
         key("unused", Choice(|| Unused::NAMES.to_vec()), "", Default("\"keep\""), "points that no triangle names: keep makes particles of them, which fall freely and have no mass by density; drop leaves them out before anything else, so that indices of particles count the points that stay"),
         key("weld", Number(WELD), "m", Default("0.0"), "points nearer to each other than this become one, before the transform and after unused; 0: none do. Points that only others between them join become one too. The first by index stays, with its texture coordinates; masses add up (0 stays 0); triangles that lose a corner are left out; indices of particles count the points that stay. At most a tenth of the mesh's median edge; 1e-6 joins points at the same place"),
@@ -131,10 +131,11 @@ static SPRINGS: Section = Section {
     name: "body.springs",
     about: "Springs, at rest as the transformed mesh lies: f = -stiffness (l - l0) u - damping ((v_i - v_j).u) u. No two join the same particles: stretch comes first, then shear, then bend.",
     keys: &[
-        key("stretch", Table(&SPRING_LAW), "", Absent("with pattern = \"file\" alone"), "springs that resist change of length"),
+        key("stretch", Table(&SPRING_LAW), "", Absent("with file, or pattern = \"file\""), "springs that resist change of length"),
         key("shear", Table(&SPRING_LAW), "", Absent("none"), "springs that resist change of angle"),
         key("bend", Table(&SPRING_LAW), "", Absent("none"), "springs that resist folding"),
         key("pattern", Choice(|| Pattern::NAMES.to_vec()), "", Absent("lattice for `grid`, edges for other meshes"), "edges: stretch on the edges of triangles, shear across each pair of triangles, bend along straight continuations of edges; lattice (grids only): stretch along rows and columns, shear on both diagonals of a cell, bend between particles two apart along rows and columns; file: the springs that the mesh carries, the element `edge` of a PLY, and no others"),
+        key("file", Text(1000), "", Absent("no table"), "a table of all springs beside the scene, springs.csv, for a mesh that is a file: a line that names its columns (particle_a, particle_b, stiffness, and perhaps damping, rest_length, kind), and a line for each spring. Particles count the points of the file. Other keys do not go with it"),
     ],
     alternatives: Alternatives::None,
 };

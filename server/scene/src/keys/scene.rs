@@ -13,7 +13,7 @@ use crate::{
 };
 
 use Presence::{Absent, Default, Required};
-use ValueKind::{Choice, Number, Table, Tables, Text, Vector, Whole};
+use ValueKind::{Choice, Flag, Number, Table, Tables, Text, Vector, Whole};
 
 /// Bodies, figures or colliders of one scene.
 const MANY: usize = 1000;
@@ -44,10 +44,11 @@ static CONTACT: Section = Section {
 #[rustfmt::skip] // one line per key
 static REST: Section = Section {
     name: "rest",
-    about: "When cloth counts as calm. A piece, which is what springs and elements hold together, is watched over windows of eight steps; the diagnostics tell how much is calm. No result depends on it.",
+    about: "When cloth counts as calm. A piece, which is what springs and elements hold together, is watched over windows of eight steps; the diagnostics tell how much is calm. A body sleeps while all of it is calm, and all bodies with a thickness while all of them are.",
     keys: &[
         key("error", Number(Range(1e-9, 1.0)), "m", Required, "how far off positions may become if what is calm counts as standing still; at least 200 roundings of the largest coordinate, which are 1.2e-5 m at 1 m in f32"),
         key("within", Number(Range(1e-6, 1e9)), "s", Absent("as long as the scene lasts"), "the time over which that error may add up; needed where `steps` is 0"),
+        key("sleep", Flag, "", Default("true"), "whether what is calm sleeps: it is stepped seldom until something disturbs it, by `implicit_euler` with `one_step` or `auto` alone; false: it is watched, and no result depends on it"),
     ],
     alternatives: Alternatives::None,
 };
@@ -69,7 +70,7 @@ pub(crate) static ROOT: Section = Section {
         key("wind_at", Tables(&WIND_AT, 10_000), "", Default("[]"), "in place of `wind`, its velocity over time: `[[wind_at]]`"),
         key("hash_interval", Whole(1, 1_000_000), "frames", Default("10"), "frames between frames that carry the hash of the state"),
         key("contact", Table(&CONTACT), "", Absent("its defaults"), "how surfaces of cloth meet each other: `[contact]`"),
-        key("rest", Table(&REST), "", Absent("nothing is watched"), "when cloth counts as calm: `[rest]`"),
+        key("rest", Table(&REST), "", Absent("nothing is watched"), "when cloth counts as calm, and whether it sleeps then: `[rest]`"),
         key("body", Tables(&BODY, MANY), "", Default("[]"), "bodies: `[[body]]`; a scene has at least one body or snow"),
         key("figure", Tables(&FIGURE, MANY), "", Default("[]"), "figures: `[[figure]]`; cloth with a thickness meets them"),
         key("snow", Table(&SNOW), "", Absent("no snow"), "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, because nothing couples them yet"),

@@ -75,6 +75,7 @@ static OBJECT: Section = Section {
         key("noise_length", Number(SIZE), "m", Absent("each particle has its own value"), "distance over which noise changes: values on a lattice of that spacing, blended between"),
         key("volume", Choice(|| VolumeFrom::NAMES.to_vec()), "", Default("\"source\""), "volumes at rest: source (the solid's volume, evenly) or grid (mass over the density on the grid before the first step, as Stomakhin et al. 2013; larger at the surface)"),
         key("overlap", Choice(|| Overlap::NAMES.to_vec()), "", Default("\"keep\""), "space that it shares with earlier objects, or that parts of its mesh share: keep counts it for each, with a warning above 1 % of the smaller one; drop leaves out its particles that lie in an earlier object, so that it may have fewer than were asked for, and counts once what parts of its mesh share"),
+        key("attach", Text(64), "", Absent("none are held"), "name of a collider with contact = \"sticky\" that stands: particles of an elastic object within half a cell of its surface are held to it, and stretch there as if the object went on behind it"),
     ],
     alternatives: Alternatives::OneChosen,
 };
@@ -111,7 +112,7 @@ static MESH: Section = Section {
     name: "snow.object.mesh",
     about: "A closed triangle mesh. A part inside another is a hole when it is turned inside out. Parts that overlap are filled once, while the volume counts what they share twice, which gives a warning above 1 % of the smaller one: join them first, or give the object overlap = \"drop\".",
     keys: &[
-        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus: a mesh that comes with nappe"),
+        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus, walker or tunic: meshes that come with nappe"),
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply or .stl, also packed as .obj.gz and so on, or a folder of .eti files"),
     ],
     alternatives: Alternatives::OneChosen,

@@ -28,6 +28,8 @@ mod closed;
 mod holes;
 mod mended;
 mod torus;
+mod walker;
+mod tunic;
 #[cfg(test)]
 mod tests;
 
@@ -43,10 +45,12 @@ pub use numbers::{six_digits, to_six_digits};
 pub use obj::{read_obj, write_obj};
 pub use off::{read_off, write_off};
 pub(crate) use parts::Part;
-pub use pc2::{PointFrames, read_pc2};
+pub use pc2::{PointFrames, read_pc2, write_pc2};
 pub use ply::{PlyFrame, PlyNumbers, PlyProperty, read_ply, write_ply, write_ply_frame};
-pub use springs_csv::read_springs_csv;
+pub use springs_csv::{read_springs_csv, springs_csv};
 pub use stl::read_stl;
 pub(crate) use torus::shipped_torus;
+pub(crate) use tunic::shipped_tunic;
 pub use usda::{usda_numbers, usda_vectors};
 pub use vtp::{VtpArray, VtpCells, VtpFact, VtpFile, VtpNumbers, VtpTold, escaped, write_vtp};
+pub(crate) use walker::{shipped_walk, shipped_walker};

@@ -3,7 +3,10 @@
 //! Twelve bytes name the format; then stand its version, the count of points, the first frame, the frames that pass from one sample to
 //! the next, and the count of samples, four bytes each; then, sample after sample, three numbers of binary32 for each point.
 
-use std::sync::Arc;
+use std::{
+    io::{self, Write},
+    sync::Arc,
+};
 
 use super::text::refuse_pointer;
 use crate::error::{ErrorKind, SceneError};
@@ -90,6 +93,23 @@ pub fn read_pc2(bytes: &[u8], file: &str) -> Result<PointFrames, SceneError> {
     Ok(PointFrames { points, places })
 }
 
+/// Writes frames as [`read_pc2`] reads them: the first is frame 0, and each sample is one frame.
+///
+/// # Errors
+/// More points or frames than the format counts, and those of the writer.
+pub fn write_pc2(frames: &PointFrames, out: &mut impl Write) -> io::Result<()> {
+    let count = |number: usize| i32::try_from(number).map_err(io::Error::other);
+    out.write_all(MAGIC)?;
+    out.write_all(&1_i32.to_le_bytes())?;
+    out.write_all(&count(frames.points as usize)?.to_le_bytes())?;
+    out.write_all([0.0_f32, 1.0].map(f32::to_le_bytes).as_flattened())?;
+    out.write_all(&count(frames.count())?.to_le_bytes())?;
+    for place in &*frames.places {
+        out.write_all(place.map(f32::to_le_bytes).as_flattened())?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +131,16 @@ mod tests {
         assert_eq!((read.points, read.count(), read.bytes()), (2, 3, 72));
         assert_eq!(read.places[..3], [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 8.0]]);
         assert_eq!(read.places[5], [15.0, 16.0, 17.0]);
+    }
+
+    #[test]
+    fn what_is_written_is_read_with_the_same_bits() {
+        let numbers: Vec<f32> = (0..18_u8).map(|number| f32::from(number) / 7.0).collect();
+        let bytes = file(2, 3, &numbers);
+        let read = read_pc2(&bytes, "walk.pc2").expect("it is one");
+        let mut written = Vec::new();
+        write_pc2(&read, &mut written).expect("memory takes it");
+        assert_eq!(written, bytes);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Springs of a mesh as a table of text: a line that names the columns, and a line for each spring.
 
+use std::collections::BTreeSet;
+
 use nappe_sim::mesh::{MeshSpring, SpringKind, repeated_spring};
 
 use crate::error::{ErrorKind, SceneError, excerpt, suggestion};
@@ -8,6 +10,17 @@ use crate::error::{ErrorKind, SceneError, excerpt, suggestion};
 const COLUMNS: [&str; 6] = ["particle_a", "particle_b", "stiffness", "damping", "rest_length", "kind"];
 /// How many of them must be there.
 const NEEDED: usize = 3;
+
+/// What a table may hold at most.
+#[derive(Clone, Copy, Debug)]
+struct Most {
+    springs: usize,
+    /// Different pairs of stiffness and damping, those of each kind for themselves.
+    laws: usize,
+}
+
+/// As many springs as a server takes by default, and the pairs that fit into one cloth.
+const MOST: Most = Most { springs: 40_000_000, laws: 65_534 };
 
 /// A value of a line, and the column at which it begins, from 1.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,6 +44,11 @@ struct Row<'a> {
 /// # Errors
 /// The first error, with its line and column.
 pub fn read_springs_csv(text: &str, file: &str, points: usize) -> Result<Vec<MeshSpring>, SceneError> {
+    read(text, file, points, MOST)
+}
+
+/// The same with other limits.
+fn read(text: &str, file: &str, points: usize, most: Most) -> Result<Vec<MeshSpring>, SceneError> {
     let mut rows = rows(text, file);
     let Some(header) = rows.next() else {
         let message =
@@ -38,9 +56,26 @@ pub fn read_springs_csv(text: &str, file: &str, points: usize) -> Result<Vec<Mes
         return Err(SceneError::new(ErrorKind::Syntax, file, message).at_line(1));
     };
     let places = places(&header)?;
-    let mut springs = Vec::new();
+    let (mut springs, mut laws) = (Vec::new(), BTreeSet::new());
     for row in rows.clone() {
-        springs.push(row.spring(&places, points)?);
+        if springs.len() == most.springs {
+            let message = format!("has more than {0} springs; allowed: {0}", most.springs);
+            return Err(row.error(ErrorKind::TooLarge, 1, message));
+        }
+        let spring = row.spring(&places, points)?;
+        laws.insert((spring.kind, spring.stiffness.to_bits(), spring.damping.to_bits()));
+        if laws.len() > most.laws {
+            let message = format!(
+                "has one more pair of stiffness and damping than the {0} before; allowed: {0} different pairs in a cloth",
+                most.laws
+            );
+            return Err(row.error(ErrorKind::TooLarge, 1, message));
+        }
+        springs.push(spring);
+    }
+    if springs.is_empty() {
+        let message = "names columns, and no springs follow; allowed: a line for each spring, one at least";
+        return Err(header.error(ErrorKind::Missing, 1, message));
     }
     let Some([before, after]) = repeated_spring(&springs) else { return Ok(springs) };
     let [a, b] = springs[after].points;
@@ -50,6 +85,17 @@ pub fn read_springs_csv(text: &str, file: &str, points: usize) -> Result<Vec<Mes
         line(before)
     );
     Err(SceneError::new(ErrorKind::Inconsistent, file, message).at_line(line(after)))
+}
+
+/// Springs as such a table, from which [`read_springs_csv`] has the same ones, bit by bit.
+pub fn springs_csv(springs: &[MeshSpring]) -> String {
+    let line = |spring: &MeshSpring| {
+        let MeshSpring { points: [a, b], kind, stiffness, damping, rest_length } = *spring;
+        let length = rest_length.map_or_else(String::new, |length| length.to_string());
+        format!("{a},{b},{stiffness},{damping},{length},{}\n", kind.name())
+    };
+    let lines: String = springs.iter().map(line).collect();
+    format!("{}\n{lines}", COLUMNS.join(","))
 }
 
 /// Lines that are not blank.
@@ -209,6 +255,7 @@ mod tests {
         let with = |row: &str| format!("{head}\n0,1,5,,,\n{row}\n");
         for (text, told) in [
             (String::new(), "a.csv:1: is empty; allowed: a line such as particle_a,"),
+            (head.to_owned(), "a.csv:1:1: names columns, and no springs follow; allowed: a line"),
             (head.replace(',', ";"), "a.csv:1:1: has other marks than commas"),
             (
                 "particle_a,particle_b,stifness\n".to_owned(),
@@ -232,5 +279,21 @@ mod tests {
             let error = read_springs_csv(&text, "a.csv", 4).expect_err(told).to_string();
             assert!(error.starts_with(told), "{error}, not {told}");
         }
+    }
+
+    #[test]
+    fn more_springs_or_pairs_than_a_cloth_holds_are_told_where_they_begin() {
+        let text = "particle_a,particle_b,stiffness,kind\n0,1,5,\n1,2,5,\n2,3,6,\n3,0,6,bend\n";
+        let most = |springs, laws| {
+            read(text, "a.csv", 4, Most { springs, laws })
+                .map_err(|error| error.to_string())
+                .map(|read| read.len())
+        };
+        assert_eq!(most(4, 3), Ok(4));
+        let told = "a.csv:5:1: has more than 3 springs; allowed: 3";
+        assert_eq!(most(3, 3), Err(told.to_owned()));
+        let told = "a.csv:5:1: has one more pair of stiffness and damping than the 2 before; \
+                    allowed: 2 different pairs in a cloth";
+        assert_eq!(most(4, 2), Err(told.to_owned()));
     }
 }

@@ -11,7 +11,7 @@ use crate::{
 
 /// The law of springs of a kind.
 fn law(springs: &Springs, kind: SpringKind) -> Option<SpringLaw> {
-    let Springs { pattern: _, stretch, shear, bend } = *springs;
+    let Springs { file: _, pattern: _, stretch, shear, bend } = *springs;
     match kind {
         SpringKind::Stretch => stretch,
         SpringKind::Shear => shear,

@@ -30,7 +30,6 @@ impl Scene {
             contact,
             rest: _,
             bodies,
-            // No wind and no spring acts on them.
             figures: _,
             snow,
             colliders,
@@ -90,6 +89,10 @@ impl Scene {
         let mut places = 0..;
         left.colliders
             .retain(|_| places.next().is_some_and(|place| !removals.contains(&Removal::Collider(place))));
+        // Without a thickness nothing meets them.
+        if left.bodies.iter().all(|body| body.thickness == 0.0) {
+            left.figures.clear();
+        }
         left
     }
 

@@ -45,6 +45,7 @@ pub(super) fn of_snow(snow: &Snow, mut winds: impl Iterator<Item = [f64; 3]>) ->
             noise_length: _,
             volume: _,
             overlap: _,
+            attach: _,
         } = object;
         let hardening = hardening(material);
         has[0] |= hardening.is_some();

@@ -66,6 +66,14 @@ fn a_figure_is_a_body_without_springs_that_its_frames_lead() {
     assert_eq!(walker.settings, sheet.settings);
     assert_eq!((network.x.len(), network.x[3], network.triangles.len()), (4, [0.5, -1.0, 0.5], 2));
     assert!(network.masses.iter().all(|mass| *mass == 0.0));
+    let weighs = |built: &Built| {
+        let frames = built.setup.bodies[1].network.frames.as_ref().expect("frames lead it");
+        frames.masses.iter().sum::<f64>()
+    };
+    // A square of 0.5 m, in steps of 0.01 s.
+    let soft = self::built(&format!("{text}firmness = 2e3\n"), &Uploads::sound()).expect("it can be built");
+    let off = [weighs(&built) - 1e6 * 0.25 * 1e-4, weighs(&soft) - 2e3 * 0.25 * 1e-4];
+    assert!(off.iter().all(|off| off.abs() < 1e-9), "{off:?}");
     let frames = network.frames.as_ref().expect("frames lead it");
     assert_eq!((frames.count(), frames.rate, frames.start, frames.repeat), (2, 25.0, 0.5, Repeat::Loop));
     Simulation::new(&built.setup, Precision::F32).expect("it can be simulated");
@@ -106,6 +114,7 @@ fn what_is_wrong_with_a_figure_is_told_at_its_key() {
     for (from, to, uploads, words) in [
         ("thickness = 0.01\n", "", &sound, "figure[0]: is a figure, and no body has a thickness"),
         ("thickness = 0.02\n", "", &sound, "figure[0].thickness: is missing"),
+        ("thickness = 0.02\n", "thickness = 0.02\nfirmness = 10\n", &sound, "figure[0].firmness: is 10"),
         ("rate = 25", "rate = 0", &sound, "figure[0].frames.rate: is 0"),
         ("rate = 25", "rate = 25, repeat = \"swing\"", &sound, "figure[0].frames.repeat"),
         ("upload = \"f\", ", "", &sound, "figure[0].frames"),

@@ -168,3 +168,34 @@ fn a_fabric_says_all_that_it_says_alone() {
     let along = build(&text.replace("bending", "warp = [1, 0, 0], bending")).unwrap();
     assert_eq!(along.setup.bodies[0].network.elements.len(), 2);
 }
+
+#[test]
+fn a_point_without_a_mass_is_told_with_what_a_fabric_allows() {
+    let text = SILK
+        .replace("grid = [5, 4], spacing = 0.01", "upload = \"m\"")
+        .replace("bending", "warp = [1, 0, 0], bending");
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\n";
+    let cases = [
+        (
+            "f 1 2 3\nf 1 3 4\n",
+            "no triangle names it; allowed here: unused = \"drop\" in its mesh, which leaves such points out",
+        ),
+        (
+            "f 1 2 3\nf 1 3 4\nf 1 2 5\n",
+            "its triangles have no area; allowed here: a mesh whose points are all corners of triangles with an area",
+        ),
+    ];
+    for (faces, told) in cases {
+        let mesh =
+            read_obj(&format!("{square}{faces}"), "mesh.obj").unwrap_or_else(|error| panic!("{error}")).mesh;
+        let scene = Scene::parse(&text, "scene.toml").unwrap();
+        let error = scene
+            .build(&Uploaded(Arc::new(mesh)), &SceneLimits::default())
+            .expect_err("it is refused")
+            .to_string();
+        assert!(
+            error.ends_with(&format!("body[0].material: gives particle 4 the mass 0: {told}")),
+            "{error}"
+        );
+    }
+}

@@ -22,7 +22,9 @@ fn the_time_over_which_an_error_adds_up_is_that_of_the_scene_unless_it_says_anot
     let lasts = settings(&format!("steps = 300\n{rest}")).expect("it is watched");
     assert!(lasts.error == 1e-4 && (lasts.within - 3.0).abs() < 1e-12, "{lasts:?}");
     let within = "rest = { error = 1e-4, within = 7 }";
-    let expected = Some(RestSettings { error: 1e-4, within: 7.0 });
+    let expected = Some(RestSettings { error: 1e-4, within: 7.0, sleep: true });
+    let awake = settings("rest = { error = 1e-4, within = 7, sleep = false }").expect("it is watched");
+    assert!(!awake.sleep, "{awake:?}");
     assert_eq!([settings(within), settings(&format!("steps = 300\n{within}"))], [expected; 2]);
 }
 
@@ -30,8 +32,12 @@ fn the_time_over_which_an_error_adds_up_is_that_of_the_scene_unless_it_says_anot
 fn a_scene_that_is_written_reads_the_same() {
     assert_eq!(parse(SMALL).expect("a scene").rest, None);
     for (root, rest) in [
-        ("rest = { error = 1e-4, within = 7 }", Rest { error: 1e-4, within: Some(7.0) }),
-        ("steps = 10\nrest = { error = 1 }", Rest { error: 1.0, within: None }),
+        ("rest = { error = 1e-4, within = 7 }", Rest { error: 1e-4, within: Some(7.0), sleep: None }),
+        (
+            "rest = { error = 1e-4, within = 7, sleep = false }",
+            Rest { error: 1e-4, within: Some(7.0), sleep: Some(false) },
+        ),
+        ("steps = 10\nrest = { error = 1 }", Rest { error: 1.0, within: None, sleep: None }),
     ] {
         let scene = parse(&with(root)).expect("a scene");
         assert_eq!(scene.rest, Some(rest));
@@ -40,7 +46,10 @@ fn a_scene_that_is_written_reads_the_same() {
     }
     let scene = parse(&with("rest = { error = 1e-4, within = 7 }")).expect("a scene");
     let edited = scene.with_values(&[("rest.error".to_owned(), "0.002".to_owned())]);
-    assert_eq!(edited.expect("the scene has that key").rest, Some(Rest { error: 0.002, within: Some(7.0) }));
+    assert_eq!(
+        edited.expect("the scene has that key").rest,
+        Some(Rest { error: 0.002, within: Some(7.0), sleep: None })
+    );
 }
 
 #[test]
@@ -52,6 +61,7 @@ fn what_cannot_be_watched_is_refused_with_its_key() {
         ("steps = 10\nrest = { error = -1e-4 }", "rest.error: is -"),
         ("steps = 10\nrest = { error = 1e-4, within = 0 }", "rest.within: is 0"),
         ("steps = 10\nrest = { error = 1e-4, speed = 1 }", "rest.speed"),
+        ("steps = 10\nrest = { error = 1e-4, sleep = 1 }", "rest.sleep"),
     ] {
         let message = message(&with(root));
         assert!(message.contains(told), "{message}, not {told}");

@@ -20,10 +20,10 @@ pub use laws::{
 pub(crate) use layout::check_network;
 pub use layout::{LawEntry, Model, Parameters, Springs};
 pub use network::{
-    Crossed, ElementList, Frames, Network, Repeat, Spring, SpringKind, SpringLaw, SpringRules,
+    Crossed, ElementList, FIRMNESS, Frames, Network, Repeat, Spring, SpringKind, SpringLaw, SpringRules,
 };
 pub(crate) use network::{Joined, resolve};
-pub(crate) use rest::{Watch, check_rest};
+pub(crate) use rest::{Long, Watch, check_rest};
 pub use settings::{
     ClothSettings, Hessian, Integrator, Minimizer, MinimizerKind, NewtonSettings, OnPass, RestSettings,
     StateLimits, SurfaceCheck, SurfaceSettings,
@@ -36,6 +36,7 @@ use evaluate::{Evaluated, Evaluation};
 use settings::Purpose;
 
 use crate::{
+    field::Field,
     math::{Real, Sixteen},
     report::{BoundKind, Diagnostics},
     surroundings::Surroundings,
@@ -52,9 +53,11 @@ pub fn diagnose<R: Real>(
     evaluate(model, parameters, settings, around, state, std::iter::empty(), Purpose::Explicit).diagnostics()
 }
 
-/// The force (N) on each particle at a state, pins included, sixteen at a time in the model's order: of springs, elements, gravity,
-/// drag, the air, and forces that are `given` (N) by the user's numbers of particles. Contact is not in it.
-pub(crate) fn forces<R: Real>(
+/// What is evaluated of each particle at a state, sixteen at a time in the model's order: the force (N), also on pins, of springs, elements,
+/// gravity, drag, the air, and forces that are `given` (N) by the user's numbers of particles, contact left out; or the acceleration (m/s²)
+/// that follows from it, as explicit steps have it, 0 for pins.
+pub(crate) fn evaluated<R: Real>(
+    field: Field,
     model: &Model<R>,
     parameters: &Parameters,
     settings: &ClothSettings,
@@ -62,24 +65,10 @@ pub(crate) fn forces<R: Real>(
     state: &State<R>,
     given: impl Iterator<Item = (u32, [f64; 3])>,
 ) -> Vec<Sixteen<R>> {
-    evaluate(model, parameters, &explicit(settings), around, state, given, Purpose::Resultant).rows
-}
-
-/// The accelerations (m/s²) that follow from the same, as explicit steps have them; 0 for pins.
-pub(crate) fn accelerations<R: Real>(
-    model: &Model<R>,
-    parameters: &Parameters,
-    settings: &ClothSettings,
-    around: &Surroundings<'_>,
-    state: &State<R>,
-    given: impl Iterator<Item = (u32, [f64; 3])>,
-) -> Vec<Sixteen<R>> {
-    evaluate(model, parameters, &explicit(settings), around, state, given, Purpose::Explicit).rows
-}
-
-/// The same settings with steps that divide forces by masses: of others, elements are evaluated times the length of a step.
-fn explicit(settings: &ClothSettings) -> ClothSettings {
-    ClothSettings { integrator: Integrator::SymplecticEuler, ..*settings }
+    let purpose = if field == Field::Forces { Purpose::Resultant } else { Purpose::Explicit };
+    // Steps that divide forces by masses: of others, elements are evaluated times the length of a step.
+    let settings = ClothSettings { integrator: Integrator::SymplecticEuler, ..*settings };
+    evaluate(model, parameters, &settings, around, state, given, purpose).rows
 }
 
 /// The longest step (s) that is stable for small motions about a state, of velocity Verlet where the settings ask for it, of

@@ -1,6 +1,7 @@
 //! Work on one block of vectors, stored one after another: sums of products, and linear combinations. Sums of
 //! products and of their magnitudes are in binary64 and in a fixed order of lanes.
 
+use super::sixteens::add_lanes;
 use crate::math::{LANES, Pack, Real, Vec3, WithSimd, dispatch};
 
 /// The components of vectors, x y z after one another.
@@ -87,12 +88,4 @@ impl<R: Real> WithSimd<R> for BlockSums<'_, R> {
 
         [add_lanes(signed.store()), add_lanes(magnitude.store())]
     }
-}
-
-/// Adds lanes in pairs.
-#[inline(always)]
-fn add_lanes(lanes: [f64; LANES]) -> f64 {
-    let eight: [f64; 8] = std::array::from_fn(|i| lanes[i] + lanes[i + 8]);
-    let four: [f64; 4] = std::array::from_fn(|i| eight[i] + eight[i + 4]);
-    (four[0] + four[2]) + (four[1] + four[3])
 }

@@ -1,8 +1,29 @@
-//! Compressed rows of blocks, filled in parallel.
+//! Compressed rows: of what is joined in pairs, and of blocks, filled in parallel.
 
 use std::ops::Range;
 
 use crate::parallel::join;
+
+/// Pairs of some numbered things: where what each is joined to begins, and the end; and all of that, in the order of the pairs.
+pub(super) fn filed(count: usize, pairs: impl Iterator<Item = [u32; 2]> + Clone) -> [Vec<u32>; 2] {
+    let mut starts = vec![0_u32; count + 1];
+    for [i, j] in pairs.clone() {
+        starts[i as usize + 1] += 1;
+        starts[j as usize + 1] += 1;
+    }
+    for i in 0..count {
+        starts[i + 1] += starts[i];
+    }
+    let mut others = vec![0; starts[count] as usize];
+    let mut next = starts.clone();
+    for [i, j] in pairs {
+        for [from, to] in [[i, j], [j, i]] {
+            others[next[from as usize] as usize] = to;
+            next[from as usize] += 1;
+        }
+    }
+    [starts, others]
+}
 
 /// Fills some rows of `blocks`: `fill(row, columns, blocks)`. Blocks and columns of row i are from `starts[i]` to
 /// `starts[i + 1]`; a thread takes `least_piece` rows or more, if there are as many.

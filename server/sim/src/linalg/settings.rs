@@ -1,8 +1,10 @@
 //! What a linear solve is asked for and how it ends.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
-use std::fmt;
+use crate::names::names;
 
 /// When a solve stops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,23 +40,14 @@ pub enum PreconditionerKind {
     Auto,
 }
 
-impl PreconditionerKind {
-    /// Every kind, the simplest first.
-    pub const ALL: [Self; 6] =
-        [Self::Identity, Self::Diagonal, Self::BlockJacobi, Self::TwoLevel, Self::Patches, Self::Auto];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Identity => "identity",
-            Self::Diagonal => "diagonal",
-            Self::BlockJacobi => "block_jacobi",
-            Self::TwoLevel => "two_level",
-            Self::Patches => "patches",
-            Self::Auto => "auto",
-        }
-    }
-}
+names!(PreconditionerKind {
+    Identity: "identity",
+    Diagonal: "diagonal",
+    BlockJacobi: "block_jacobi",
+    TwoLevel: "two_level",
+    Patches: "patches",
+    Auto: "auto",
+});
 
 /// How the matrix is applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -66,18 +59,7 @@ pub enum OperatorKind {
     Assembled,
 }
 
-impl OperatorKind {
-    /// Every kind, the simplest first.
-    pub const ALL: [Self; 2] = [Self::MatrixFree, Self::Assembled];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::MatrixFree => "matrix_free",
-            Self::Assembled => "assembled",
-        }
-    }
-}
+names!(OperatorKind { MatrixFree: "matrix_free", Assembled: "assembled" });
 
 /// What becomes of a solve that comes to its cap, where the preconditioner is chosen by the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -102,6 +84,8 @@ pub struct SolverSettings {
     pub operator: OperatorKind,
     /// Start from the solution of the step before instead of 0.
     pub warm_start: bool,
+    /// A residual, not over |b|, at which it may stop in any case, whatever the tolerance; 0: none.
+    pub floor: f64,
 }
 
 impl Default for SolverSettings {
@@ -112,6 +96,7 @@ impl Default for SolverSettings {
             at_cap: AtCap::default(),
             operator: OperatorKind::default(),
             warm_start: false,
+            floor: 0.0,
         }
     }
 }

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::names::names;
+
 /// How positions and velocities are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Precision {
@@ -13,18 +15,9 @@ pub enum Precision {
     F64,
 }
 
+names!(Precision { F32: "f32", F64: "f64" });
+
 impl Precision {
-    /// Both precisions, the narrower first.
-    pub const ALL: [Self; 2] = [Self::F32, Self::F64];
-
-    /// `f32` or `f64`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-        }
-    }
-
     /// The precision of this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|precision| precision.name() == name)

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::names::names;
+
 /// What a spring resists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum SpringKind {
@@ -13,19 +15,7 @@ pub enum SpringKind {
     Bend,
 }
 
-impl SpringKind {
-    /// Every kind, in the order of the tables of documentation and tests.
-    pub const ALL: [Self; 3] = [Self::Stretch, Self::Shear, Self::Bend];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stretch => "stretch",
-            Self::Shear => "shear",
-            Self::Bend => "bend",
-        }
-    }
-}
+names!(SpringKind { Stretch: "stretch", Shear: "shear", Bend: "bend" });
 
 /// A spring that a mesh carries.
 #[derive(Clone, Copy, Debug, PartialEq)]

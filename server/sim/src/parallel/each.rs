@@ -284,11 +284,8 @@ impl<P: Parts> Parts for Option<P> {
     type Part = Option<P::Part>;
 
     unsafe fn part(&self, block: usize, size: usize) -> Self::Part {
-        let of = |parts: &P| {
-            // SAFETY: the caller asks for each block once.
-            unsafe { parts.part(block, size) }
-        };
-        self.as_ref().map(of)
+        // SAFETY: the caller asks for each block once.
+        self.as_ref().map(|parts| unsafe { parts.part(block, size) })
     }
 }
 
@@ -296,11 +293,8 @@ impl<P: Parts, const N: usize> Parts for [P; N] {
     type Part = [P::Part; N];
 
     unsafe fn part(&self, block: usize, size: usize) -> Self::Part {
-        let of = |parts: &P| {
-            // SAFETY: the caller asks for each block once.
-            unsafe { parts.part(block, size) }
-        };
-        self.each_ref().map(of)
+        // SAFETY: the caller asks for each block once.
+        self.each_ref().map(|parts| unsafe { parts.part(block, size) })
     }
 }
 

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::names::names;
+
 /// A bound on the time step of snow or cloth, by name: docs/laws/snow.md and docs/laws/steps.md derive each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum BoundKind {
@@ -41,43 +43,21 @@ impl fmt::Display for BoundKind {
     }
 }
 
-impl BoundKind {
-    /// Every kind: bounds of snow, what the scene fixes, bounds of cloth.
-    pub const ALL: [Self; 13] = [
-        Self::ElasticWave,
-        Self::IsolatedParticle,
-        Self::ParticleSpeed,
-        Self::VelocityGradient,
-        Self::ColliderSpeed,
-        Self::Fixed,
-        Self::Frame,
-        Self::Stiffness,
-        Self::Damping,
-        Self::Acceptance,
-        Self::Tolerance,
-        Self::SpringSpeed,
-        Self::Medium,
-    ];
-
-    /// Its name in reports and on the wire.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ElasticWave => "elastic_wave",
-            Self::IsolatedParticle => "isolated_particle",
-            Self::ParticleSpeed => "particle_speed",
-            Self::VelocityGradient => "velocity_gradient",
-            Self::ColliderSpeed => "collider_speed",
-            Self::Fixed => "fixed",
-            Self::Frame => "frame",
-            Self::Stiffness => "stiffness",
-            Self::Damping => "damping",
-            Self::Acceptance => "acceptance",
-            Self::Tolerance => "tolerance",
-            Self::SpringSpeed => "spring_speed",
-            Self::Medium => "medium",
-        }
-    }
-}
+names!(BoundKind {
+    ElasticWave: "elastic_wave",
+    IsolatedParticle: "isolated_particle",
+    ParticleSpeed: "particle_speed",
+    VelocityGradient: "velocity_gradient",
+    ColliderSpeed: "collider_speed",
+    Fixed: "fixed",
+    Frame: "frame",
+    Stiffness: "stiffness",
+    Damping: "damping",
+    Acceptance: "acceptance",
+    Tolerance: "tolerance",
+    SpringSpeed: "spring_speed",
+    Medium: "medium",
+});
 
 /// The bound that binds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

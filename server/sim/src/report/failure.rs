@@ -130,10 +130,10 @@ fn of_law(law: Option<&str>) -> String {
     law.map_or_else(String::new, |law| format!(", most of it by {law},"))
 }
 
-/// What is said of a pin that moves where surfaces come together.
+/// What is said of a pin that moves where surfaces come together, or of a corner of a figure.
 fn of_driven(driven: Option<u64>) -> String {
     driven.map_or_else(String::new, |pin| {
-        format!("; particle {pin} there is a pin that is moved: surfaces do not stop it, so let it go more slowly or less far")
+        format!("; particle {pin} there is a pin that is moved, or the corner of a figure: surfaces do not stop it, so let it go more slowly or less far")
     })
 }
 
@@ -250,7 +250,10 @@ mod tests {
         let closed = |driven| StepFailure::Contact { particles: [1, 2], gap: 1e-9, driven };
         let told = closed(Some(3)).renumbered(|own| own + 100).to_string();
         assert!(told.contains("at particles 101 and 102 cannot be kept apart"), "{told}");
-        assert!(told.contains("; particle 103 there is a pin that is moved"), "{told}");
+        assert!(
+            told.contains("; particle 103 there is a pin that is moved, or the corner of a figure"),
+            "{told}"
+        );
         assert!(!closed(None).to_string().contains("is moved"), "{}", closed(None));
     }
 }

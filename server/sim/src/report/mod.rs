@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 mod stage;
+mod task;
 mod bound;
 mod failure;
 mod cloth;
@@ -18,10 +19,11 @@ pub use bound::{BoundKind, TimeBound};
 pub use cloth::{ClothSteps, ErrorEstimate, Rejection};
 pub use failure::{StepError, StepFailure};
 pub use load::Load;
-pub use rest::RestReport;
+pub use rest::{RestReport, Wake, WakeCause};
 pub use snow::SnowReport;
 pub use stage::{NoStopwatch, Stage, StageClock, StageSeconds, Stopwatch};
 pub use surface::SurfaceReport;
+pub use task::Task;
 pub use work::Work;
 
 use crate::linalg::{Outcome, SolveReport, Stop};
@@ -111,6 +113,14 @@ pub struct Notices {
     pub pinched_count: u64,
     /// The first of them.
     pub first_pinched: Option<u64>,
+    /// Corners of figures that are farther than 1 mm off their frames at the end of a sub-step, each once per sub-step.
+    pub yielding_count: u64,
+    /// The first of them.
+    pub first_yielding: Option<u64>,
+    /// Particles of snow without plasticity that are stretched farther than the cells of the grid can bear, at the end of the step.
+    pub torn_count: u64,
+    /// The first of them.
+    pub first_torn: Option<u64>,
 }
 
 impl Notices {
@@ -124,6 +134,10 @@ impl Notices {
             first_passed: self.first_passed.into_iter().chain(other.first_passed).min(),
             pinched_count: self.pinched_count + other.pinched_count,
             first_pinched: self.first_pinched.into_iter().chain(other.first_pinched).min(),
+            yielding_count: self.yielding_count + other.yielding_count,
+            first_yielding: self.first_yielding.into_iter().chain(other.first_yielding).min(),
+            torn_count: self.torn_count + other.torn_count,
+            first_torn: self.first_torn.into_iter().chain(other.first_torn).min(),
         }
     }
 

@@ -25,6 +25,8 @@ pub struct SnowReport {
     pub clamped_count: u64,
     /// Number of particles that are ballistic: nearly alone on the grid.
     pub ballistic_count: u64,
+    /// Number of particles that are stretched farther than the cells of the grid can bear: they tear by numerics alone.
+    pub torn_count: u64,
     /// Smallest and largest plastic ratio J_P of all particles.
     pub plastic_ratio_range: [f64; 2],
     /// Speed of the fastest particle (m/s).

@@ -1,20 +1,15 @@
 //! The stages of a step, and what measures them: by a clock that the caller brings.
 
+use crate::names::names;
+
 /// A stage of a step (Zara 2001, section 6, and those of snow).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Stage {
     /// Evaluation of a state of cloth: forces of springs, gravity and the medium, for an implicit step its matrix too;
     /// with energies, momentum and stretch.
     Force,
-    /// Forces to accelerations: within `Force`, and so 0. It stands here, as do `Velocity` and `Matrix`, for those who
-    /// read the table by its names.
-    Acceleration,
-    /// Accelerations to new velocities: within `Position`, and so 0.
-    Velocity,
     /// New velocities and positions of cloth.
     Position,
-    /// Preparing the matrix: within `Force`, and so 0.
-    Matrix,
     /// Solving for the change of velocity.
     Solve,
     /// Particles of cloth that touch colliders.
@@ -31,41 +26,17 @@ pub enum Stage {
     Diagnose,
 }
 
-impl Stage {
-    /// Every stage, in the order of a table.
-    pub const ALL: [Self; 12] = [
-        Self::Force,
-        Self::Acceleration,
-        Self::Velocity,
-        Self::Position,
-        Self::Matrix,
-        Self::Solve,
-        Self::Collide,
-        Self::Sort,
-        Self::ParticlesToGrid,
-        Self::GridUpdate,
-        Self::GridToParticles,
-        Self::Diagnose,
-    ];
-
-    /// Its name in tables and on the wire.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::Acceleration => "acceleration",
-            Self::Velocity => "velocity",
-            Self::Position => "position",
-            Self::Matrix => "matrix",
-            Self::Solve => "solve",
-            Self::Collide => "collide",
-            Self::Sort => "sort",
-            Self::ParticlesToGrid => "particles_to_grid",
-            Self::GridUpdate => "grid_update",
-            Self::GridToParticles => "grid_to_particles",
-            Self::Diagnose => "diagnose",
-        }
-    }
-}
+names!(Stage {
+    Force: "force",
+    Position: "position",
+    Solve: "solve",
+    Collide: "collide",
+    Sort: "sort",
+    ParticlesToGrid: "particles_to_grid",
+    GridUpdate: "grid_update",
+    GridToParticles: "grid_to_particles",
+    Diagnose: "diagnose",
+});
 
 /// Seconds in each stage, in the order of [`Stage::ALL`].
 pub type StageSeconds = [f64; Stage::ALL.len()];

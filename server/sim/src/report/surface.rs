@@ -18,11 +18,27 @@ pub struct SurfaceReport {
     pub failed: u64,
     /// The most edges that cross triangles at the end of a sub-step, counted exactly; none where nothing counts them.
     pub crossings: Option<u64>,
+    /// How far (m) the corner of a figure that is farthest from its frame is off it, at the end.
+    pub yield_m: f64,
+    /// Corners of figures that are off by more than 1 mm, at the end.
+    pub yielding: u64,
+    /// The largest force (N) with which a pair pushed in the last solve of any sub-step; 0 where none pushed.
+    pub largest_push: f64,
 }
 
 impl Default for SurfaceReport {
     fn default() -> Self {
-        Self { pairs: 0, active: 0, rounds: 0, least_gap: f64::INFINITY, failed: 0, crossings: None }
+        Self {
+            pairs: 0,
+            active: 0,
+            rounds: 0,
+            least_gap: f64::INFINITY,
+            failed: 0,
+            crossings: None,
+            yield_m: 0.0,
+            yielding: 0,
+            largest_push: 0.0,
+        }
     }
 }
 
@@ -37,6 +53,9 @@ impl SurfaceReport {
             least_gap: self.least_gap.min(next.least_gap),
             failed: self.failed + next.failed,
             crossings: self.crossings.max(next.crossings),
+            yield_m: next.yield_m,
+            yielding: next.yielding,
+            largest_push: self.largest_push.max(next.largest_push),
         }
     }
 
@@ -51,6 +70,9 @@ impl SurfaceReport {
             least_gap: self.least_gap.min(other.least_gap),
             failed: self.failed + other.failed,
             crossings: crossings.reduce(|a, b| a + b),
+            yield_m: self.yield_m.max(other.yield_m),
+            yielding: self.yielding + other.yielding,
+            largest_push: self.largest_push.max(other.largest_push),
         }
     }
 }
@@ -59,24 +81,44 @@ impl SurfaceReport {
 mod tests {
     use super::*;
 
-    const FIRST: SurfaceReport =
-        SurfaceReport { pairs: 7, active: 5, rounds: 2, least_gap: 2e-3, failed: 1, crossings: None };
-    const SECOND: SurfaceReport =
-        SurfaceReport { pairs: 4, active: 3, rounds: 1, least_gap: 1e-3, failed: 2, crossings: Some(6) };
+    const FIRST: SurfaceReport = SurfaceReport {
+        pairs: 7,
+        active: 5,
+        rounds: 2,
+        least_gap: 2e-3,
+        failed: 1,
+        crossings: None,
+        yield_m: 0.01,
+        yielding: 3,
+        largest_push: 0.5,
+    };
+    const SECOND: SurfaceReport = SurfaceReport {
+        pairs: 4,
+        active: 3,
+        rounds: 1,
+        least_gap: 1e-3,
+        failed: 2,
+        crossings: Some(6),
+        yield_m: 0.004,
+        yielding: 2,
+        largest_push: 0.25,
+    };
 
     #[test]
-    fn of_two_sub_steps_the_last_has_the_pairs() {
-        let both = SurfaceReport { rounds: 2, failed: 3, ..SECOND };
+    fn of_two_sub_steps_the_last_has_the_pairs_and_what_yields() {
+        let both = SurfaceReport { rounds: 2, failed: 3, largest_push: 0.5, ..SECOND };
         assert_eq!(FIRST.and(SECOND), both);
-        let back = SurfaceReport { pairs: 7, active: 5, ..both };
+        let back = SurfaceReport { pairs: 7, active: 5, yield_m: 0.01, yielding: 3, ..both };
         assert_eq!(SECOND.and(FIRST), back);
     }
 
     #[test]
     fn of_two_bodies_all_pairs_count() {
-        let both = SurfaceReport { pairs: 11, active: 8, rounds: 2, failed: 3, ..SECOND };
+        let yields = SurfaceReport { yield_m: 0.01, yielding: 5, largest_push: 0.5, ..SECOND };
+        let both = SurfaceReport { pairs: 11, active: 8, rounds: 2, failed: 3, ..yields };
         assert_eq!(FIRST.with(SECOND), both);
-        let twice = SurfaceReport { pairs: 8, active: 6, failed: 4, crossings: Some(12), ..SECOND };
+        let twice =
+            SurfaceReport { pairs: 8, active: 6, failed: 4, crossings: Some(12), yielding: 4, ..SECOND };
         assert_eq!(SECOND.with(SECOND), twice);
     }
 

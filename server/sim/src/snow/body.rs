@@ -1,6 +1,7 @@
 //! Snow as a body of a world: a model, its state and what a step works with, in one hand.
 
 use super::{
+    attached::Attached,
     grid::{REACH, SIDE},
     init::{build, check_first_step},
     model::SnowModel,
@@ -50,6 +51,20 @@ impl<R: Real> Snow<R> {
         }
         work.ranks = ranks.filter(|ranks| ranks.size_and_rank().0 > 1).cloned().map(SnowRanks::new);
         Ok((Self { model, state, work }, warnings))
+    }
+
+    /// Holds particles to colliders, as the setup that it was built from asks for.
+    ///
+    /// # Errors
+    /// When a collider is not there, moves or does not stick, or no particle of an object is near it.
+    pub(crate) fn attach(&mut self, setup: &SnowSetup, colliders: &[Collider]) -> Result<(), SnowError> {
+        self.model.attached = Attached::of(setup, colliders)?;
+        Ok(())
+    }
+
+    /// Names of objects that are held to a collider, each with that of the collider.
+    pub(crate) fn attached(&self) -> &[[String; 2]] {
+        self.model.attached.names()
     }
 
     /// Refuses a fixed step above the bound at the start.

@@ -4,6 +4,7 @@
 //! where they come from the grid.
 
 use super::{
+    attached::Attached,
     book::Book,
     bound::Extremes,
     grid::{Grid, REACH, Sorted, block_of},
@@ -44,6 +45,7 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
         objects: setup.objects.iter().map(|object| (object.name.clone(), object.x.len())).collect(),
         mass: 0.0,
         least_mass: masses.fold(f64::INFINITY, f64::min),
+        attached: Attached::default(),
     };
     let (mut state, mut work) = (
         SnowState { particles, hold: HeldLength::default(), book: Book::default() },
@@ -92,7 +94,7 @@ pub(super) fn settle<R: Real>(model: &SnowModel<R>, state: &mut SnowState<R>, wo
 
 /// Renews stresses, and measures what bounds the first step. Positions and velocities stay.
 fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &mut SnowWorkspace<R>) {
-    let SnowModel { settings, materials, .. } = model;
+    let SnowModel { settings, materials, attached, .. } = model;
     let c: Vec<_> = (0..particles.len()).map(|at| particles.c(at)).collect();
     let velocity: Vec<_> = (0..particles.len()).map(|at| particles.v(at)).collect();
 
@@ -126,6 +128,7 @@ fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &m
                 arrivals: &arrivals,
                 particles: &particles,
                 materials,
+                attached,
                 dt: R::zero(),
                 inverse_cell: R::one(),
                 ballistic_below: R::zero(),

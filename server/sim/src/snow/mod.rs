@@ -7,6 +7,7 @@ mod settings;
 mod law;
 mod setup;
 mod particles;
+mod attached;
 mod bound;
 mod book;
 mod model;

@@ -1,6 +1,6 @@
 //! What never changes of snow during a run.
 
-use super::{law::MaterialConstants, settings::SnowSettings};
+use super::{attached::Attached, law::MaterialConstants, settings::SnowSettings};
 use crate::math::Real;
 
 /// What never changes during a run. Volumes at rest, factors on the stiffness and objects do not
@@ -16,6 +16,8 @@ pub struct SnowModel<R: Real> {
     pub(super) mass: f64,
     /// Mass of the lightest particle (kg).
     pub(super) least_mass: f64,
+    /// Particles that are held to colliders.
+    pub(super) attached: Attached<R>,
 }
 
 impl<R: Real> SnowModel<R> {

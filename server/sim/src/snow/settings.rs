@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{linalg::Stop, time_step::TimeStep};
+use crate::{linalg::Stop, names::names, time_step::TimeStep};
 
 /// B-spline that spreads a particle over nodes (Steffen, Kirby, Berzins 2008; docs/laws/snow.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -17,19 +17,9 @@ pub enum Kernel {
     Cubic,
 }
 
+names!(Kernel { Linear: "linear", Quadratic: "quadratic", Cubic: "cubic" });
+
 impl Kernel {
-    /// Every kernel, the narrowest first.
-    pub const ALL: [Self; 3] = [Self::Linear, Self::Quadratic, Self::Cubic];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Linear => "linear",
-            Self::Quadratic => "quadratic",
-            Self::Cubic => "cubic",
-        }
-    }
-
     /// Nodes that a particle reaches along each axis.
     pub const fn width(self) -> usize {
         match self {

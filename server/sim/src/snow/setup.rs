@@ -30,6 +30,8 @@ pub struct SnowObject {
     pub stiffness: Vec<f64>,
     /// What all of its particles are made of.
     pub material: Material,
+    /// Name of a sticky collider that stands: particles within half a cell of its surface are held to it. None: none are.
+    pub attach: Option<String>,
 }
 
 impl SnowObject {
@@ -164,6 +166,12 @@ fn object_error(object: &SnowObject) -> Option<String> {
                 values[i]
             ));
         }
+    }
+
+    if let (Some(collider), Some(_)) = (&object.attach, object.material.plasticity) {
+        return Some(format!(
+            "it is attached to '{collider}' and may yield: only an elastic object is attached"
+        ));
     }
 
     object.material.error()

@@ -199,6 +199,7 @@ mod tests {
             stiffness: Vec::new(),
             material,
             x,
+            attach: None,
         };
         let setup = SnowSetup { objects: vec![object], settings: SnowSettings::new(0.1) };
         Snow::new(&setup).expect("good snow").0

@@ -33,6 +33,7 @@ fn object(name: &str, x: Vec<[f64; 3]>, v: impl Fn(usize) -> [f64; 3]) -> SnowOb
         stiffness: Vec::new(),
         material: snow.material,
         x,
+        attach: None,
     }
 }
 
@@ -84,6 +85,7 @@ fn run<R: Real>(transfer: Transfer, seed: Option<u64>) -> (Vec<String>, Vec<Vec<
             wind: [0.0; 3],
             colliders: &colliders,
             time: 0.004 * f64::from(step),
+            steps: 1.0,
             interrupt: &interrupt,
         };
         let step: SnowStep = snow.step(&around, &mut NoStopwatch).expect("a stable step");

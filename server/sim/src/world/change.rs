@@ -11,28 +11,19 @@ use super::{
     },
     clock::{World, pace::Pace},
 };
-use crate::{cloth::Air, collide::Motion, math::Real};
+use crate::{cloth::Air, collide::Motion, math::Real, report::WakeCause};
 
 impl<R: Real> World<R> {
-    /// Which changes it accepts.
-    pub fn rules(&self) -> &Arc<ChangeRules> {
+    pub(crate) fn rules(&self) -> &Arc<ChangeRules> {
         &self.rules
     }
 
-    /// Checks changes without applying them: by its rules, and by where bodies are now.
-    ///
-    /// # Errors
-    /// The first change that is refused; or where surfaces with a thickness would meet, after all of them.
-    pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
+    pub(crate) fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
         self.rules.check(changes)?;
         self.bodies.iter().filter_map(Body::as_cloth).try_for_each(|cloth| cloth.check_apart(changes))
     }
 
-    /// Applies changes, all or none.
-    ///
-    /// # Errors
-    /// As [`Self::check`].
-    pub fn apply(&mut self, changes: &[Change]) -> Result<(), ChangeError> {
+    pub(crate) fn apply(&mut self, changes: &[Change]) -> Result<(), ChangeError> {
         self.check(changes)?;
         for change in changes {
             self.apply_one(change);
@@ -50,6 +41,7 @@ impl<R: Real> World<R> {
         if !goes_on {
             self.cloths_mut().for_each(Cloth::forget_past);
         }
+        self.wake_for(change);
         if matches!(change, Change::State { .. } | Change::Reset) {
             self.pace = Pace::default();
         }
@@ -99,8 +91,33 @@ impl<R: Real> World<R> {
                 let own = self.colliders.iter_mut().zip(&self.start.2);
                 own.for_each(|(collider, motion)| collider.put_motion(motion));
                 self.bodies.iter_mut().for_each(Body::reset);
+                let time = self.time();
+                self.cloths_mut().for_each(|cloth| cloth.lead_from(time));
             }
         }
+    }
+
+    /// Wakes what a change acts on. A collider that is sent wakes what it comes near.
+    fn wake_for(&mut self, change: &Change) {
+        let step = self.step_count;
+        let cause = match change {
+            Change::Pin { .. } | Change::PinPath { .. } => WakeCause::Pin,
+            Change::Force { .. } | Change::Pull(_) => WakeCause::Force,
+            _ => WakeCause::Call,
+        };
+        let is_changed = |cloth: &&mut Cloth<R>| match change {
+            Change::Collider(_) => false,
+            Change::Gravity(_) | Change::Wind(_) | Change::Drag(_) | Change::Reset => true,
+            Change::Air { body: name, .. } | Change::Springs { body: name, .. } => {
+                name.as_ref().is_none_or(|name| cloth.parts.named(name).is_some())
+            }
+            Change::Pin { particle, .. } | Change::PinPath { particle, .. } => {
+                cloth.parts.own(*particle).is_some()
+            }
+            Change::Force { body, .. } | Change::State { body, .. } => cloth.parts.named(body).is_some(),
+            Change::Pull(asked) => cloth.parts.named(&asked.body).is_some(),
+        };
+        self.cloths_mut().filter(is_changed).for_each(|cloth| cloth.wake(cause, step));
     }
 
     fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>) {

@@ -25,7 +25,7 @@ use crate::{
     interrupt::Interrupt,
     math::{Precision, Real},
     parallel::{Communicator, Ranks},
-    report::{Diagnostics, StepError, StepReport, Stopwatch},
+    report::{Diagnostics, StepError, StepReport, Stopwatch, Task},
     snow::{GridNode, ParticleState, Snow},
 };
 
@@ -49,22 +49,97 @@ macro_rules! on_world {
     };
 }
 
+/// Methods that are those of the world of either precision.
+macro_rules! of_world {
+    ($($(#[$about:meta])* fn $name:ident($($argument:ident: $kind:ty),*) -> $given:ty;)+) => {
+        impl Simulation {
+            $(
+                $(#[$about])*
+                pub fn $name(&self, $($argument: $kind),*) -> $given {
+                    on_world!(self, world => world.$name($($argument),*))
+                }
+            )+
+        }
+    };
+}
+
+of_world! {
+    /// Time step (s).
+    fn dt() -> f64;
+
+    /// Number of steps taken since the start.
+    fn step_count() -> u64;
+
+    /// Simulated time (s).
+    fn time() -> f64;
+
+    /// Number of particles of all bodies.
+    fn particle_count() -> usize;
+
+    /// Number of particles of snow: the last ones.
+    fn snow_particle_count() -> usize;
+
+    /// Number of springs of all bodies.
+    fn spring_count() -> usize;
+
+    /// What asks a step in progress to give up; the step then fails with
+    /// [`StepFailure::Interrupted`](crate::report::StepFailure::Interrupted).
+    fn interrupt() -> &Interrupt;
+
+    /// Diagnostics of the state as it is.
+    fn diagnose() -> Diagnostics;
+
+    /// Checks changes without applying them: by its rules, and by where bodies are now. Runs on the rayon pool that the caller
+    /// installed.
+    ///
+    /// # Errors
+    /// The first change that is refused; or where surfaces with a thickness would meet, after all of them.
+    fn check(changes: &[Change]) -> Result<(), ChangeError>;
+
+    /// What further steps depend on beside the setup, the steps taken, positions and velocities: for a frame at which another
+    /// simulation is to begin. Runs on the rayon pool that the caller installed.
+    fn carried() -> Carried;
+
+    /// Which changes it accepts.
+    fn rules() -> &Arc<ChangeRules>;
+
+    /// Parameters as they are now.
+    fn parameters() -> WorldParameters;
+
+    /// Forces that calls have set on each body on which any acts, in the order of their particles. They list `most` particles in
+    /// all; what is more is left out by whole bodies.
+    fn called_forces(most: usize) -> Vec<CalledForces>;
+
+    /// Hash (XXH3, 64 bits) of all on which further steps depend: steps, parameters, and of each particle its number and
+    /// its exact state, in any order. Runs on the rayon pool that the caller installed.
+    fn state_hash() -> u64;
+
+    /// What frames refer to.
+    fn topology() -> Vec<BodyTopology>;
+
+    /// What particles hit.
+    fn colliders() -> &[Collider];
+
+    /// The pose that a collider has now, by its index in the setup.
+    ///
+    /// # Panics
+    /// If there are not so many colliders.
+    fn collider_pose(index: usize) -> Pose;
+
+    /// Velocity (m/s) of the medium, as it is now.
+    fn wind() -> [f64; 3];
+
+    /// Largest explicit steps, one per cloth, and one for all bodies with a thickness.
+    fn step_bounds() -> Vec<StepBound>;
+}
+
 impl Simulation {
     /// Builds a simulation; the strings are warnings that do not stop it.
     ///
     /// # Errors
     /// What is wrong with the setup, and where.
     pub fn new(setup: &WorldSetup, precision: Precision) -> Result<(Self, Vec<String>), SetupError> {
-        Ok(match precision {
-            Precision::F32 => {
-                let (world, warnings) = World::new(setup)?;
-                (Self::F32(world), warnings)
-            }
-            Precision::F64 => {
-                let (world, warnings) = World::new(setup)?;
-                (Self::F64(world), warnings)
-            }
-        })
+        Self::made(setup, precision, None)
     }
 
     /// Builds the part of a simulation that one of several ranks steps: each has the whole setup, and computes some of its
@@ -78,17 +153,18 @@ impl Simulation {
         precision: Precision,
         communicator: Arc<dyn Communicator>,
     ) -> Result<(Self, Vec<String>), SetupError> {
-        let ranks = Some(Ranks::new(communicator));
-        Ok(match precision {
-            Precision::F32 => {
-                let (world, warnings) = World::over(setup, ranks)?;
-                (Self::F32(world), warnings)
-            }
-            Precision::F64 => {
-                let (world, warnings) = World::over(setup, ranks)?;
-                (Self::F64(world), warnings)
-            }
-        })
+        Self::made(setup, precision, Some(Ranks::new(communicator)))
+    }
+
+    fn made(
+        setup: &WorldSetup,
+        precision: Precision,
+        ranks: Option<Ranks>,
+    ) -> Result<(Self, Vec<String>), SetupError> {
+        match precision {
+            Precision::F32 => World::new(setup, ranks).map(|(world, notes)| (Self::F32(world), notes)),
+            Precision::F64 => World::new(setup, ranks).map(|(world, notes)| (Self::F64(world), notes)),
+        }
     }
 
     /// Precision of the state.
@@ -99,36 +175,6 @@ impl Simulation {
         }
     }
 
-    /// Time step (s).
-    pub fn dt(&self) -> f64 {
-        on_world!(self, world => world.dt())
-    }
-
-    /// Number of steps taken since the start.
-    pub fn step_count(&self) -> u64 {
-        on_world!(self, world => world.step_count())
-    }
-
-    /// Simulated time (s).
-    pub fn time(&self) -> f64 {
-        on_world!(self, world => world.time())
-    }
-
-    /// Number of particles of all bodies.
-    pub fn particle_count(&self) -> usize {
-        on_world!(self, world => world.particle_count())
-    }
-
-    /// Number of particles of snow: the last ones.
-    pub fn snow_particle_count(&self) -> usize {
-        on_world!(self, world => world.snow_particle_count())
-    }
-
-    /// Number of springs of all bodies.
-    pub fn spring_count(&self) -> usize {
-        on_world!(self, world => world.spring_count())
-    }
-
     /// Takes one step, on the rayon pool that the caller installed.
     ///
     /// # Errors
@@ -137,24 +183,11 @@ impl Simulation {
         on_world!(self, world => world.step(watch))
     }
 
-    /// What asks a step in progress to give up; the step then fails with
-    /// [`StepFailure::Interrupted`](crate::report::StepFailure::Interrupted).
-    pub fn interrupt(&self) -> &Interrupt {
-        on_world!(self, world => world.interrupt())
-    }
-
-    /// Diagnostics of the state as it is.
-    pub fn diagnose(&self) -> Diagnostics {
-        on_world!(self, world => world.diagnose())
-    }
-
-    /// Checks changes without applying them: by its rules, and by where bodies are now. Runs on the rayon pool that the caller
-    /// installed.
-    ///
-    /// # Errors
-    /// The first change that is refused; or where surfaces with a thickness would meet, after all of them.
-    pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
-        on_world!(self, world => world.check(changes))
+    /// Does the tasks of a step of each cloth by itself, at the state as it is, and calls `watch` with each once it is done: to be
+    /// timed one by one, on the rayon pool that the caller installed. A step does several of them in one sweep, and does not
+    /// call this.
+    pub fn tasks(&self, watch: &mut dyn FnMut(Task)) {
+        on_world!(self, world => world.tasks(watch));
     }
 
     /// Applies changes, all or none, on the rayon pool that the caller installed.
@@ -175,34 +208,12 @@ impl Simulation {
         on_world!(self, world => world.begin(at))
     }
 
-    /// What further steps depend on beside the setup, the steps taken, positions and velocities: for a frame at which another
-    /// simulation is to begin. Runs on the rayon pool that the caller installed.
-    pub fn carried(&self) -> Carried {
-        on_world!(self, world => world.carried())
-    }
-
-    /// Which changes it accepts.
-    pub fn rules(&self) -> &Arc<ChangeRules> {
-        on_world!(self, world => world.rules())
-    }
-
     /// A copy that goes on from here with the same bits, and that nobody has asked to give up.
     #[must_use]
     pub fn fork(&self) -> Self {
         let mut copy = self.clone();
         on_world!(&mut copy, world => world.interrupt = Interrupt::default());
         copy
-    }
-
-    /// Parameters as they are now.
-    pub fn parameters(&self) -> WorldParameters {
-        on_world!(self, world => world.parameters())
-    }
-
-    /// Forces that calls have set on each body on which any acts, in the order of their particles. They list `most` particles in
-    /// all; what is more is left out by whole bodies.
-    pub fn called_forces(&self, most: usize) -> Vec<CalledForces> {
-        on_world!(self, world => world.called_forces(most))
     }
 
     /// Writes a field over `out`, in the user's numbering: exact in `f64`, rounded in `f32`. Forces and accelerations are
@@ -212,40 +223,6 @@ impl Simulation {
     /// Unless `out` has [`Field::width`] numbers per particle; for what is evaluated, where several ranks step the simulation.
     pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
         on_world!(self, world => world.read(field, out));
-    }
-
-    /// Hash (XXH3, 64 bits) of all on which further steps depend: steps, parameters, and of each particle its number and
-    /// its exact state, in any order. Runs on the rayon pool that the caller installed.
-    pub fn state_hash(&self) -> u64 {
-        on_world!(self, world => world.state_hash())
-    }
-
-    /// What frames refer to.
-    pub fn topology(&self) -> Vec<BodyTopology> {
-        on_world!(self, world => world.topology())
-    }
-
-    /// What particles hit.
-    pub fn colliders(&self) -> &[Collider] {
-        on_world!(self, world => world.colliders())
-    }
-
-    /// The pose that a collider has now, by its index in the setup.
-    ///
-    /// # Panics
-    /// If there are not so many colliders.
-    pub fn collider_pose(&self, index: usize) -> Pose {
-        on_world!(self, world => world.collider_pose(index))
-    }
-
-    /// Velocity (m/s) of the medium, as it is now.
-    pub fn wind(&self) -> [f64; 3] {
-        on_world!(self, world => world.wind())
-    }
-
-    /// Largest explicit steps, one per cloth, and one for all bodies with a thickness.
-    pub fn step_bounds(&self) -> Vec<StepBound> {
-        on_world!(self, world => world.step_bounds())
     }
 
     /// Side of the snow's cells (m); none without snow.

@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn what_no_simulation_can_go_on_from_is_refused_by_name() {
         type Spoil = fn(&mut State<f64>);
-        let spoiled: [(Spoil, &str); 22] = [
+        let spoiled: [(Spoil, &str); 23] = [
             (|s| s.step_count = u64::MAX, "steps were taken"),
             (|s| s.gravity[1] = f64::NAN, "gravity"),
             (|s| s.wind = Wind::new([f64::INFINITY; 3], &[]), "wind"),
@@ -346,6 +346,7 @@ mod tests {
             (|s| s.cloths[0].state.dv.resize(5, Sixteen::default()), "sixteens"),
             (|s| s.cloths[0].state.past.dt = f64::NAN, "sub-step before"),
             (|s| s.cloths[0].state.gain.energy = f64::NAN, "energy"),
+            (|s| s.cloths[0].state.led_since = f64::NAN, "begun at NaN"),
             (|s| s.cloths[0].state.since_cap = u32::MAX, "solves"),
             (|s| s.cloths[0].state.motions[0].particle = u32::MAX, "4294967295"),
             (|s| s.cloths[0].state.motions[0].next = 7, "point 7"),

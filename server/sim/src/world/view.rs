@@ -17,38 +17,31 @@ use crate::{
 };
 
 impl<R: Real> World<R> {
-    /// Number of particles of all bodies.
-    pub fn particle_count(&self) -> usize {
+    pub(crate) fn particle_count(&self) -> usize {
         self.bodies.iter().map(Body::particle_count).sum()
     }
 
-    /// Number of particles of snow: the last ones.
-    pub fn snow_particle_count(&self) -> usize {
+    pub(crate) fn snow_particle_count(&self) -> usize {
         self.snow().map_or(0, Snow::particle_count)
     }
 
-    /// Number of springs of all bodies.
-    pub fn spring_count(&self) -> usize {
+    pub(crate) fn spring_count(&self) -> usize {
         self.bodies.iter().map(Body::spring_count).sum()
     }
 
-    /// The snow; none in a world of cloths alone.
-    pub fn snow(&self) -> Option<&Snow<R>> {
+    pub(crate) fn snow(&self) -> Option<&Snow<R>> {
         self.bodies.iter().find_map(Body::as_snow).map(|body| &body.snow)
     }
 
-    /// The snow, to be changed.
-    pub fn snow_mut(&mut self) -> Option<&mut Snow<R>> {
+    pub(crate) fn snow_mut(&mut self) -> Option<&mut Snow<R>> {
         self.bodies.iter_mut().find_map(Body::as_snow_mut).map(|body| &mut body.snow)
     }
 
-    /// Velocity (m/s) of the medium, as it is now.
-    pub fn wind(&self) -> [f64; 3] {
+    pub(crate) fn wind(&self) -> [f64; 3] {
         self.around().wind
     }
 
-    /// Parameters as they are now.
-    pub fn parameters(&self) -> WorldParameters {
+    pub(crate) fn parameters(&self) -> WorldParameters {
         let cloths = self.bodies.iter().filter_map(Body::as_cloth).flat_map(Cloth::parameters);
         let mut cloths: Vec<_> = cloths.collect();
         cloths.sort_by_key(|(first_particle, _)| *first_particle);
@@ -62,9 +55,7 @@ impl<R: Real> World<R> {
         }
     }
 
-    /// Forces that calls have set on each body on which any acts, in the order of their particles. They list `most` particles in
-    /// all; what is more is left out by whole bodies.
-    pub fn called_forces(&self, most: usize) -> Vec<CalledForces> {
+    pub(crate) fn called_forces(&self, most: usize) -> Vec<CalledForces> {
         let (mut found, mut left) = (Vec::new(), most);
         self.bodies.iter().for_each(|body| body.called_forces(&mut left, &mut found));
         // Other bodies may stand between those of one cloth.
@@ -72,25 +63,15 @@ impl<R: Real> World<R> {
         found.into_iter().map(|(_, told)| told).collect()
     }
 
-    /// What particles hit.
-    pub fn colliders(&self) -> &[Collider] {
+    pub(crate) fn colliders(&self) -> &[Collider] {
         &self.colliders
     }
 
-    /// The pose that a collider has now.
-    ///
-    /// # Panics
-    /// If there are not so many colliders.
-    pub fn collider_pose(&self, index: usize) -> Pose {
+    pub(crate) fn collider_pose(&self, index: usize) -> Pose {
         self.colliders[index].pose(self.time())
     }
 
-    /// Writes a field over `out`, in the user's numbering: in `T`, rounded if that is narrower. Forces and accelerations are
-    /// evaluated for it, on the rayon pool that the caller installed.
-    ///
-    /// # Panics
-    /// Unless `out` has as many numbers as the field; for what is evaluated, where several ranks step the world.
-    pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
+    pub(crate) fn read<T: Real>(&self, field: Field, out: &mut [T]) {
         let width = field.width();
         assert_eq!(out.len(), width * self.particle_count(), "{width} numbers per particle");
         assert!(!field.is_evaluated() || self.ranks.is_none(), "it is evaluated where all particles are");
@@ -128,8 +109,7 @@ impl<R: Real> World<R> {
         }
     }
 
-    /// What frames refer to.
-    pub fn topology(&self) -> Vec<BodyTopology> {
+    pub(crate) fn topology(&self) -> Vec<BodyTopology> {
         let mut topology = Vec::new();
         self.bodies.iter().for_each(|body| body.topology(&mut topology));
         // Other bodies may stand between those of one cloth.
@@ -137,8 +117,7 @@ impl<R: Real> World<R> {
         topology
     }
 
-    /// Largest explicit steps, one per cloth, and one for all bodies with a thickness; that of snow is in its report.
-    pub fn step_bounds(&self) -> Vec<StepBound> {
+    pub(crate) fn step_bounds(&self) -> Vec<StepBound> {
         let around = self.around();
         self.bodies.iter().filter_map(|body| body.step_bound(&around)).collect()
     }

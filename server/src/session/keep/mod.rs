@@ -63,8 +63,12 @@ pub(super) struct Keep {
     is_unsynced: bool,
     /// Whether records are missing since the last state.
     has_gap: bool,
+    /// Logs before this one of which the end is not on the disk yet, the oldest first.
+    unsynced: Vec<File>,
     /// Where the log stands.
     place: StatePlace,
+    /// Steps of which the log, or a state, says that somebody may know.
+    seen: u64,
     goal: Goal,
     failure: Option<Vec<u8>>,
     stage: Stage,
@@ -98,7 +102,9 @@ impl Keep {
             logged: [0; 2],
             is_unsynced: false,
             has_gap: false,
+            unsynced: Vec::new(),
             place,
+            seen: place.step,
             goal,
             failure: None,
             stage: Stage::Waits,
@@ -131,10 +137,18 @@ impl Keep {
         match record {
             Record::Goal(goal) => self.goal = *goal,
             Record::Failed(failure) => self.failure = Some(failure.clone()),
+            Record::Frame { step, .. } | Record::Seen { step } => self.seen = self.seen.max(*step),
             _ => {}
         }
         if let Err(error) = self.append(record) {
             self.fail(&format!("the log cannot be written: {error}"));
+        }
+    }
+
+    /// Tells the log that somebody may know of so many steps, unless it says so.
+    pub(super) fn note_seen(&mut self, step: u64) {
+        if step > self.seen {
+            self.note(&Record::Seen { step });
         }
     }
 
@@ -164,10 +178,14 @@ impl Keep {
     /// Begins a new log after so many steps, which says first what the session is to do. A state with the same place may be taken.
     pub(super) fn begin_log(&mut self, step: u64) -> io::Result<StatePlace> {
         let place = StatePlace { number: self.place.number + 1, step };
+        // Where its file cannot be made, the next one has another name.
+        self.place.number = place.number;
         // It may be gone with the rest.
         self.folder.make()?;
         let log = self.folder.new_log(place)?;
         self.place = place;
+        // What follows is worth nothing without what was before.
+        self.unsynced.extend(self.log.take().filter(|_| self.is_unsynced));
         (self.log, self.logged) = (Some(log), [0; 2]);
         if self.has_gap {
             self.append(&Record::Gap)?;
@@ -256,6 +274,13 @@ impl Keep {
     pub(super) fn not_kept(&mut self, problem: &str) {
         self.settle();
         self.fail(problem);
+        let is_alone = || self.folder.states().is_ok_and(|states| states.is_empty());
+        if self.written.is_none() && self.log.is_some() && is_alone() {
+            // Nobody can go on from a log alone, which would grow.
+            (self.log, self.has_gap) = (None, true);
+            // What stays of it goes with the session.
+            let _ = self.folder.remove_log(self.place);
+        }
     }
 
     /// No state can be taken any more.
@@ -281,11 +306,18 @@ impl Keep {
         self.problem = Some(problem.to_owned());
     }
 
-    /// The log, if something was written to it since this was asked last.
-    pub(super) fn unsynced_log(&mut self) -> Option<File> {
-        let log = self.log.as_ref().filter(|_| self.is_unsynced)?.try_clone().ok();
-        self.is_unsynced = false;
-        log
+    /// The logs to which something was written since this was asked last, the oldest first.
+    pub(super) fn unsynced_logs(&mut self) -> Vec<File> {
+        let mut logs = std::mem::take(&mut self.unsynced);
+        if std::mem::take(&mut self.is_unsynced) {
+            logs.extend(self.log.as_ref().and_then(|log| log.try_clone().ok()));
+        }
+        logs
+    }
+
+    /// A log was not written through to the disk: the next state makes it superfluous.
+    pub(super) fn not_synced(&mut self, error: &io::Error) {
+        self.fail(&format!("the log is not written through to the disk: {error}"));
     }
 
     /// What is kept goes with the session.

@@ -78,11 +78,50 @@ fn a_log_begins_with_what_the_session_is_to_do() {
     }
     let read = |keep: &Keep, place| records(&keep.folder.read_log(place).expect("read")).0;
     let stand = Record::Goal(Goal::Stand { step: 0 });
-    assert_eq!(read(&keep, place), [stand, frame, play.clone(), failed.clone()]);
-    assert!(keep.unsynced_log().is_some() && keep.unsynced_log().is_none());
+    assert_eq!(read(&keep, place), [stand, frame.clone(), play.clone(), failed.clone()]);
+    assert_eq!([keep.unsynced_logs().len(), keep.unsynced_logs().len()], [1, 0]);
+    keep.note(&frame);
     let next = keep.begin_log(9).expect("begun");
     assert_eq!(read(&keep, next), [play, failed]);
+    assert_eq!([keep.unsynced_logs().len(), keep.unsynced_logs().len()], [2, 0], "the one before, too");
     assert!(!keep.has_news(9) && keep.has_news(10));
+    fs::remove_dir_all(path).expect("removed");
+}
+
+#[test]
+fn the_log_knows_of_each_step_of_which_somebody_may_know() {
+    let (mut keep, path, _orders) = keep("seen");
+    let place = keep.begin_log(0).expect("begun");
+    keep.note_seen(0);
+    keep.note(&Record::Frame { frame: 1, step: 4 });
+    for step in [3, 4, 5, 5] {
+        keep.note_seen(step);
+    }
+    let read = records(&keep.folder.read_log(place).expect("read")).0;
+    assert_eq!(read[1..], [Record::Frame { frame: 1, step: 4 }, Record::Seen { step: 5 }]);
+    fs::remove_dir_all(path).expect("removed");
+}
+
+#[test]
+fn without_any_state_no_log_stays() {
+    let (mut keep, path, _orders) = keep("alone");
+    keep.ask(None);
+    assert_eq!(keep.begin_state(0), Some(StatePlace { number: 7, step: 0 }));
+    keep.not_kept("the disk is full");
+    keep.note(&Record::Frame { frame: 1, step: 1 });
+    assert_eq!(fs::read_dir(keep.folder.path()).expect("a folder").count(), 0);
+    let next = keep.begin_log(1).expect("begun");
+    assert_eq!(records(&keep.folder.read_log(next).expect("read")).0[0], Record::Gap);
+    fs::remove_dir_all(path).expect("removed");
+}
+
+#[test]
+fn a_log_that_cannot_be_made_has_another_name_when_it_is_tried_again() {
+    let (mut keep, path, _orders) = keep("name");
+    keep.folder.make().expect("made");
+    fs::write(keep.folder.path().join("log-7-0"), "not ours").expect("written");
+    keep.begin_log(0).expect_err("there is a file of this name");
+    assert_eq!(keep.begin_log(0).expect("begun"), StatePlace { number: 8, step: 0 });
     fs::remove_dir_all(path).expect("removed");
 }
 

@@ -9,7 +9,7 @@ pub use measure::{Measure, NoMeasure};
 pub use times::{Times, TimesError};
 
 use nappe_sim::{
-    cloth::Network,
+    cloth::{Network, RestSettings},
     math::Precision,
     world::{Change, WorldSetup},
 };
@@ -39,7 +39,8 @@ pub struct Case {
 pub struct NothingToStudy(pub String);
 
 impl Case {
-    /// The cloths of a world, which begins with some changes: snow beside them is left out. Or the snow, where there is none.
+    /// The cloths of a world, which begins with some changes: snow beside them is left out. Or the snow, where there is none. Nothing sleeps:
+    /// methods are compared by all of their steps.
     ///
     /// # Errors
     /// A world without either.
@@ -49,6 +50,7 @@ impl Case {
         changes: Vec<Change>,
         precision: Precision,
     ) -> Result<Self, NothingToStudy> {
+        setup.bodies.iter_mut().for_each(|body| body.settings.rest = None);
         let of_bodies: Vec<Vec<f64>> = match &setup.snow {
             Some(snow) if setup.bodies.is_empty() => {
                 snow.objects.iter().map(|object| object.mass.clone()).collect()
@@ -204,6 +206,13 @@ impl Case {
             if mass > 0.0 { squares.sqrt() / mass } else { 0.0 }
         };
         self.bounds.windows(2).map(of_body).fold(0.0, f64::max)
+    }
+
+    /// The same, in which what lies still sleeps, as these settings allow.
+    pub(crate) fn resting(&self, rest: RestSettings) -> Self {
+        let mut resting = self.clone();
+        resting.setup.bodies.iter_mut().for_each(|body| body.settings.rest = Some(rest));
+        resting
     }
 
     /// The same with each free particle displaced by `distance` (m), in directions at random.

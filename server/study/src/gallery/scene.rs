@@ -21,6 +21,7 @@ pub const EXACT: SolverSettings = SolverSettings {
     at_cap: AtCap::Stop,
     operator: OperatorKind::MatrixFree,
     warm_start: false,
+    floor: 0.0,
 };
 
 /// A world of one body.

@@ -41,6 +41,7 @@ pub fn object(name: &str, x: Vec<[f64; 3]>, volume: f64, density: f64, material:
         volume: vec![volume; count],
         stiffness: Vec::new(),
         material,
+        attach: None,
     }
 }
 

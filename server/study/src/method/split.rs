@@ -32,6 +32,7 @@ pub fn split(object: &SnowObject, cell: f64) -> SnowObject {
         volume: shared(&object.volume, eighth),
         stiffness: shared(&object.stiffness, 1.0),
         material: object.material,
+        attach: object.attach.clone(),
     }
 }
 

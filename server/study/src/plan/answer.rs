@@ -4,6 +4,7 @@ use nappe_sim::math::Precision;
 
 use super::{
     reach::{Reach, Sought},
+    rest::Rested,
     search::RIGHT,
     terms::{Looked, Term},
     verify::Verified,
@@ -74,6 +75,8 @@ pub struct Plan {
     pub reduced: Option<Row>,
     /// Whether there was no time to find out what can go.
     pub is_terms_cut: bool,
+    /// What is recommended, of which what lies still sleeps; none where it cannot, and of snow.
+    pub rested: Option<Rested>,
     /// The most accurate that keeps up with real time.
     pub real_time: Option<Row>,
 }
@@ -129,6 +132,7 @@ impl Plan {
             together_change: None,
             reduced: None,
             is_terms_cut: false,
+            rested: None,
             real_time: None,
         }
     }

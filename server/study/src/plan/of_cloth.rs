@@ -3,6 +3,7 @@
 use super::{
     answer::{Plan, Tried, most_accurate},
     reach::Sought,
+    rest::rested,
     search::{right, search},
     terms::{Looked, Recommended, SceneTerms, terms},
     verify::{Verification, quicker},
@@ -48,11 +49,15 @@ pub(super) fn of_cloth(
         let phase = budget.until(TIMED);
         quicker((case, &search.times), &mut found.row, &mut search.rows, &places, &phase)
     });
-    let looked = sought.met().map_or_else(Looked::default, |found| {
+    let recommended = sought.met().map(|found| {
         let (times, places, tolerance) = (&search.times, &search.places[..], search.tolerance);
-        let recommended = Recommended { case, found, reference: &reference, times, places, tolerance, steps };
-        terms(&recommended, scene, &budget.until(TERMS), tell)
+        Recommended { case, found, reference: &reference, times, places, tolerance, steps }
     });
+    let phase = budget.until(TERMS);
+    let looked = recommended
+        .as_ref()
+        .map_or_else(Looked::default, |recommended| terms(recommended, scene, &phase, tell));
+    let rested = recommended.as_ref().and_then(|recommended| rested(recommended, &phase, tell));
     let (rows, tried) = sorted(&search);
     chart.is_cut |= tried.iter().any(|one| one.dropped == Some(Dropped::Time));
     let searched = rows.len();
@@ -61,7 +66,7 @@ pub(super) fn of_cloth(
     let plan = Plan::of(chart, sought, looked, most_accurate(&search.rows, 0.0, |_| true));
     let met_until = plan.row.as_ref().map_or(0.0, |row| met_until(&search, row, &budget.until(1.0)));
     let met_until = plan.reach.as_ref().map_or(met_until, |reach| met_until.min(reach.until));
-    Plan { searched, tried, quicker, met_until, ..plan }
+    Plan { searched, tried, quicker, met_until, rested, ..plan }
 }
 
 /// The steps of a scene in its window, until a time (s), and until its end: that which was asked for where it has none.

@@ -191,7 +191,7 @@ impl Recommended<'_> {
     }
 
     /// How far (m) a run is from that of the whole case.
-    fn change(&self, whole: &Run, left: &Run, points: Option<&CommonPoints>) -> f64 {
+    pub(super) fn change(&self, whole: &Run, left: &Run, points: Option<&CommonPoints>) -> f64 {
         let pairs = whole.states.iter().zip(&left.states);
         // What is not a number is no answer.
         let distance = |(whole, left): (&Vec<f64>, &Vec<f64>)| {
@@ -202,7 +202,7 @@ impl Recommended<'_> {
     }
 
     /// What the error leaves of the tolerance (m).
-    fn allowed(&self) -> f64 {
+    pub(super) fn allowed(&self) -> f64 {
         self.tolerance - self.found.verified.error
     }
 

@@ -39,6 +39,8 @@ pub struct Run {
     pub energy_drift: f64,
     /// The largest length over rest length of any spring, at the ends of steps of the world.
     pub max_stretch: f64,
+    /// By how much positions were said to be off, as cloth slept, at most (m); 0 where none did.
+    pub told: f64,
     /// Hash of the state that it came to.
     pub state_hash: u64,
     /// How it ended.
@@ -60,6 +62,8 @@ pub(crate) struct Runner {
     /// Of the state as it is.
     pub(crate) now: Diagnostics,
     max_stretch: f64,
+    /// By how much positions were said to be off, at most (m).
+    told: f64,
     phase: Phase,
     _watched: Watched,
 }
@@ -105,6 +109,7 @@ impl Runner {
             start: start.total_energy(),
             now: start,
             max_stretch: start.max_stretch,
+            told: 0.0,
             phase: phase.clone(),
             _watched: watched,
         })
@@ -129,6 +134,7 @@ impl Runner {
         self.taken.indefinite += u64::from(report.notices.indefinite_solves);
         self.now = report.diagnostics;
         self.max_stretch = self.max_stretch.max(self.now.max_stretch);
+        self.told = self.told.max(report.rest.map_or(0.0, |rest| rest.told));
         Ok(())
     }
 
@@ -231,6 +237,7 @@ fn driven(
         dt: stepped.dt(times.interval).unwrap_or(case.dt()),
         energy_drift: 0.0,
         max_stretch: 0.0,
+        told: 0.0,
         state_hash: 0,
         end: End::Reached,
     };
@@ -264,7 +271,7 @@ fn driven(
     let failed = if run.end == End::Reached { 0.0 } else { runner.simulation.dt() };
     run.tried = run.time + failed;
     run.energy_drift = runner.now.total_energy() - runner.start;
-    (run.work, run.max_stretch) = (runner.work, runner.max_stretch);
+    (run.work, run.max_stretch, run.told) = (runner.work, runner.max_stretch, runner.told);
     run.state_hash = runner.simulation.state_hash();
     run
 }

@@ -1,5 +1,5 @@
-//! `cargo xtask drill load [--minutes N] | stops | jobs`: a server that was built, under load, with processes that are stopped for
-//! a while, and with jobs of ranks that are killed.
+//! `cargo xtask drill load [--minutes N] | stops | jobs | class | kill [--count N]`: a server that was built, under load, with
+//! processes that are stopped for a while, with jobs of ranks that are killed, with a class of thirty pupils, and killed.
 
 mod server;
 mod random;
@@ -7,6 +7,9 @@ mod load;
 mod job;
 mod stops;
 mod jobs;
+mod watched;
+mod changes;
+mod kill;
 
 pub(crate) use random::Random;
 pub(crate) use server::hash;
@@ -16,10 +19,14 @@ use std::{path::Path, time::Duration};
 use crate::{
     ranks,
     shell::{Failure, Shell},
+    typescript,
 };
 
 /// Every drill, by its name.
-pub(crate) const ALL: [&str; 3] = ["load", "stops", "jobs"];
+pub(crate) const ALL: [&str; 5] = ["load", "stops", "jobs", "class", "kill"];
+
+/// How often a server is killed, unless told otherwise.
+const KILLS: usize = 20;
 
 /// Runs the drill that is named.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
@@ -33,7 +40,22 @@ pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure
         }
         ["stops"] => of_ranks(shell, "stops", stops::run),
         ["jobs"] => of_ranks(shell, "jobs", jobs::run),
-        _ => Err(Failure(format!("a drill is needed: {}, or load --minutes N", ALL.join(", ")))),
+        ["class"] => {
+            programs(shell)?;
+            typescript::class(shell)
+        }
+        ["kill"] => killed(shell, KILLS),
+        ["kill", "--count", count] => {
+            let number = count.parse::<usize>().ok().filter(|count| (1..=10_000).contains(count));
+            let count = number.ok_or_else(|| {
+                Failure(format!("--count {count}: a whole number from 1 to 10000 is needed"))
+            })?;
+            killed(shell, count)
+        }
+        _ => Err(Failure(format!(
+            "a drill is needed: {}, or load --minutes N, or kill --count N",
+            ALL.join(", ")
+        ))),
     }
 }
 
@@ -44,6 +66,11 @@ fn programs(shell: &mut Shell) -> Result<(), Failure> {
 fn under_load(shell: &mut Shell, minutes: f64) -> Result<(), Failure> {
     programs(shell)?;
     shell.step("load", |shell| load::run(&shell.target(), Duration::from_secs_f64(60.0 * minutes)))
+}
+
+fn killed(shell: &mut Shell, count: usize) -> Result<(), Failure> {
+    programs(shell)?;
+    shell.step("kill", |shell| kill::run(&shell.target(), count))
 }
 
 /// A drill with ranks, if they can be built here.

@@ -23,8 +23,17 @@ const TEMPORARY: &str = "temporary";
 /// A server, and the command that calls it. It is killed, and its files are removed, with this value.
 pub(super) struct Server {
     process: Child,
-    nappe: PathBuf,
+    /// The command line that started it.
+    command: Command,
+    caller: Caller,
     folder: PathBuf,
+}
+
+/// The command, as it calls a server.
+#[derive(Clone, Debug)]
+pub(super) struct Caller {
+    nappe: PathBuf,
+    address: String,
 }
 
 /// What a process holds.
@@ -36,7 +45,7 @@ pub(super) struct Held {
 }
 
 impl Server {
-    /// Starts it with further arguments, and waits until it answers.
+    /// Starts it with further arguments, in which `{folder}` is its own, and waits until it answers.
     pub(super) fn start(target: &Path, arguments: &[&str]) -> Result<Self, Failure> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -47,13 +56,32 @@ impl Server {
         made.map_err(|error| Failure(format!("{}: {error}", temporary.display())))?;
 
         let mut command = Command::new(target.join("release/nappe-server"));
-        command.arg("--address").arg(format!("unix:{}", folder.join("socket").display()));
-        command.arg("--no-token").args(arguments).env("TMPDIR", temporary);
+        let address = format!("unix:{}", folder.join("socket").display());
+        let place = folder.display().to_string();
+        let arguments = arguments.iter().map(|argument| argument.replace("{folder}", &place));
+        command.args(["--address", address.as_str(), "--no-token"]).args(arguments).env("TMPDIR", temporary);
         command.stdout(Stdio::null()).stderr(Stdio::null());
-        let process = command.spawn().map_err(|error| Failure(format!("nappe-server: {error}")))?;
-        let server = Self { process, nappe: target.join("release/nappe"), folder };
-        until("the server answers", || Ok(server.call(&["list"]).is_ok()))?;
+        let process = spawn(&mut command)?;
+        let caller = Caller { nappe: target.join("release/nappe"), address };
+        let server = Self { process, command, caller, folder };
+        server.caller.wait()?;
         Ok(server)
+    }
+
+    /// Starts it again after it was killed, and waits until it answers.
+    pub(super) fn start_again(&mut self) -> Result<(), Failure> {
+        self.process = spawn(&mut self.command)?;
+        self.caller.wait()
+    }
+
+    /// The command that calls it.
+    pub(super) fn caller(&self) -> &Caller {
+        &self.caller
+    }
+
+    /// The folder of its files, which goes with it.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Its number among the processes.
@@ -63,20 +91,12 @@ impl Server {
 
     /// A call of the command to this server.
     pub(super) fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(&self.nappe);
-        command.args(arguments);
-        command.env("NAPPE_SERVER", format!("unix:{}", self.folder.join("socket").display()));
-        command
+        self.caller.command(arguments)
     }
 
     /// What a call says on standard output.
     pub(super) fn call(&self, arguments: &[&str]) -> Result<String, Failure> {
-        let done = self.command(arguments).output().map_err(|error| Failure(format!("nappe: {error}")))?;
-        if done.status.success() {
-            return Ok(String::from_utf8_lossy(&done.stdout).into_owned());
-        }
-        let said = String::from_utf8_lossy(&done.stderr);
-        Err(Failure(format!("nappe {}: {}", arguments.join(" "), said.trim())))
+        self.caller.call(arguments)
     }
 
     /// Writes a scene beside its socket, and gives the path.
@@ -130,6 +150,35 @@ impl Server {
     }
 }
 
+impl Caller {
+    /// A call of the command.
+    pub(super) fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(&self.nappe);
+        command.args(arguments).env("NAPPE_SERVER", &self.address);
+        command
+    }
+
+    /// What a call says on standard output.
+    pub(super) fn call(&self, arguments: &[&str]) -> Result<String, Failure> {
+        let done = self.command(arguments).output().map_err(|error| Failure(format!("nappe: {error}")))?;
+        if done.status.success() {
+            return Ok(String::from_utf8_lossy(&done.stdout).into_owned());
+        }
+        let said = String::from_utf8_lossy(&done.stderr);
+        Err(Failure(format!("nappe {}: {}", arguments.join(" "), said.trim())))
+    }
+
+    /// Waits until the server answers.
+    pub(super) fn wait(&self) -> Result<(), Failure> {
+        until("the server answers", || Ok(self.call(&["list"]).is_ok()))
+    }
+}
+
+/// Starts a server.
+fn spawn(command: &mut Command) -> Result<Child, Failure> {
+    command.spawn().map_err(|error| Failure(format!("nappe-server: {error}")))
+}
+
 impl Drop for Server {
     fn drop(&mut self) {
         self.kill();
@@ -166,7 +215,13 @@ pub(crate) fn hash(said: &str) -> Option<&str> {
 
 /// The steps that the first session in what a command says has taken.
 pub(super) fn step(said: &str) -> Option<u64> {
-    said.split_once("\"step\":")?.1.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
+    number(said, "step")
+}
+
+/// The first number of a name in what a command says.
+pub(super) fn number(said: &str, name: &str) -> Option<u64> {
+    let (_, rest) = said.split_once(&format!("\"{name}\":"))?;
+    rest.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
 #[test]
@@ -174,4 +229,5 @@ fn hash_and_steps_are_read_from_what_a_command_says() {
     let said = r#"[{"session_id":"a","failure":null,"step":42,"state_hash":"00ff","steps":7}]"#;
     assert_eq!((hash(said), step(said)), (Some("00ff"), Some(42)));
     assert_eq!((hash("[]"), step("[]")), (None, None));
+    assert_eq!((number(said, "steps"), number(said, "frame")), (Some(7), None));
 }

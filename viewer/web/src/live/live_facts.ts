@@ -56,6 +56,7 @@ function rows(session: Session): [string, string][] {
   const doubts: [string, bigint][] = notices === undefined ? [] : [
     ['Solves cut short', notices.cappedSolves], ['Indefinite solves', notices.indefiniteSolves],
     ['Particles through colliders', notices.passedParticles], ['Pinched particles', notices.pinchedParticles],
+    ['Torn particles', notices.tornParticles],
     ['Steps taken again', notices.rejectedSteps],
   ];
   const known: [string, string | null][] = [

@@ -7,16 +7,20 @@ import {
 } from '../../../../client/typescript/src/index.ts';
 import { setRunning } from '../picture/boxes.ts';
 import { element } from '../page/dom.ts';
-import { listen, popup, sheet, wireButtons } from '../page/keys.ts';
+import { Hand } from './hand.ts';
+import { type Actions, listen, popup, sheet, wireButtons } from '../page/keys.ts';
 import { showLegend } from '../picture/legend.ts';
 import { Line } from './line.ts';
 import { showLine, showSession, showState, showTime, titleOf } from './live_facts.ts';
 import { LivePicture } from './live_picture.ts';
 import { diagnosticsOf } from './live_scene.ts';
 import { Minute } from '../plots/minute.ts';
+import { Newest } from './newest.ts';
 import { type Notice, pass, stand } from '../page/notice.ts';
 import { Plots } from '../plots/plots.ts';
+import { showPupil } from './pupil.ts';
 import { RateChoice } from './rate_choice.ts';
+import { Sliders } from './sliders.ts';
 import { Stages } from '../plots/stages.ts';
 import { STEERING_BUTTONS, Steering } from './steering.ts';
 import { Stream } from './stream.ts';
@@ -28,6 +32,8 @@ import * as words from './words.ts';
 const LOOK_EVERY = 2_000;
 /** The same until the line is judged. */
 const JUDGE_EVERY = 1_000;
+/** From a change of parameters to the look at what they are now (ms): more changes may follow. */
+const SETTLED = 100;
 /** Between two changes of plots and counts (ms). */
 const WRITE_EVERY = 333;
 /** A tab that is not seen for so long (ms) watches no more, until it is seen again: other pages may have its place. */
@@ -56,10 +62,15 @@ export class SessionPage {
   private readonly rates: RateChoice;
   private readonly stream: Stream;
   private readonly steering: Steering;
+  private readonly sliders: Sliders;
+  private readonly looks = new Newest();
   private readonly live: LivePicture;
+  private hand: Hand | null = null;
   private beginning: () => void = () => undefined;
   /** The session is gone: nothing is asked of it any more. */
   private isOver = false;
+  /** The token of this tab is good for watching the session, and no more. */
+  private readonly isWatched: boolean;
   /** The server said that it ends, and has not come back. */
   private isDraining = false;
   /** When the last change came (ms). */
@@ -86,6 +97,8 @@ export class SessionPage {
       forked: (fork) => pass({ kind: 'news', what: `The fork is ${fork.sessionId}.`, remedy: 'It stands where this session stands, paused.', deeds: [{ label: 'Open it', href: `?${new URLSearchParams({ session: fork.sessionId })}` }] }),
       deleted: () => this.end(words.deleted),
     });
+    this.sliders = new Sliders(client, session, (doing, error) => this.refused(doing, error));
+    this.sliders.show(session);
     this.stream = new Stream(client, session, this.rates.rate, {
       topology: () => undefined,
       frame: (frame) => this.take(frame),
@@ -105,6 +118,8 @@ export class SessionPage {
     popup('save', 'saves');
     sheet('about', 'about-sheet', 'about-close');
     this.tell(session.state);
+    this.isWatched = showPupil(client, session);
+    if (this.isWatched) this.letBe();
     this.stream.open();
     setInterval(() => this.write(), WRITE_EVERY);
     this.lookOn();
@@ -124,6 +139,12 @@ export class SessionPage {
     });
     wireButtons(VIEW_BUTTONS, actions);
     listen(actions);
+    if (picture !== null) this.hand = new Hand(this.client, () => this.session, picture, (doing, error) => this.refused(doing, error));
+    const taking: Actions = this.hand?.actions ?? {};
+    wireButtons({ hand: 'g' }, taking);
+    listen(taking);
+    this.hand?.show(this.state);
+    if (this.isWatched) this.letBe();
     this.themes.follow((theme) => {
       picture?.view.setTheme(theme);
       this.plots?.redraw();
@@ -149,6 +170,7 @@ export class SessionPage {
     this.drawnCount += 1;
     this.line.drawn(performance.now(), unseen);
     this.tellTime(frame.time, frame.step);
+    this.hand?.drawn(frame.time);
     this.legend();
   }
 
@@ -181,6 +203,7 @@ export class SessionPage {
       return stand(words.draining);
     }
     if (change.kind === ChangeKind.DELETED) return this.end(words.deleted);
+    if (change.kind === ChangeKind.PARAMETERS || change.kind === ChangeKind.RESET) this.looks.put(() => this.follow());
     if (change.kind === ChangeKind.NOTICE) pass({ kind: 'trouble', what: change.notice, remedy: '' });
     if (change.failure !== undefined) this.session.failure = change.failure;
     this.tell(change.state);
@@ -194,6 +217,7 @@ export class SessionPage {
     if (this.changed > asked) return;
     this.session = session;
     showSession(session);
+    this.sliders.show(session);
     this.tell(session.state);
     if (session.state !== SessionState.PLAYING) this.tellTime(session.timeSeconds, session.step);
   }
@@ -211,6 +235,7 @@ export class SessionPage {
     setRunning(state === SessionState.PLAYING);
     showState(state);
     this.steering.show(state);
+    this.hand?.show(state);
     if (state !== SessionState.PLAYING) this.age = null;
     const { failure } = this.session;
     if (!fails || failure === undefined) return;
@@ -240,6 +265,14 @@ export class SessionPage {
     } catch (error) {
       if (!isTransient(error)) this.ended(error);
     }
+  }
+
+  /** What somebody changed of the parameters; the next look tells it too, if this one does not. */
+  private async follow(): Promise<void> {
+    await new Promise((resolve) => setTimeout(resolve, SETTLED));
+    if (this.isOver) return;
+    const since = performance.now();
+    await this.client.get(this.session).then((session) => this.told(session, since), () => undefined);
   }
 
   private measure({ timeSeconds, state, frame: made }: Session): void {
@@ -305,8 +338,15 @@ export class SessionPage {
   private end(notice: Notice): void {
     this.isOver = true;
     this.stream.close();
-    this.steering.end();
+    this.letBe();
     stand(notice);
+  }
+
+  /** Nothing can be asked of the session by this page. */
+  private letBe(): void {
+    this.steering.end();
+    this.sliders.end();
+    this.hand?.end();
   }
 
   /** A tab that nobody sees keeps no stream for long. */

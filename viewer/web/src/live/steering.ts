@@ -107,7 +107,7 @@ export class Steering {
 
   /** `done` is told what `call` gave, which was made at a time (ms). */
   private send<T>(doing: string, call: () => Promise<T>, done: (given: T, asked: number) => void): void {
-    if (this.waiting > MOST_WAITING) return;
+    if (this.isOver || this.waiting > MOST_WAITING) return;
     this.waiting += 1;
     const answered = answering(doing);
     this.last = this.last.then(async () => {

@@ -122,7 +122,7 @@ export function unreadable(error: unknown): Notice {
 /** Whether an error says that the token is missing, wrong, or for another server. */
 export const isShut = (error: unknown): error is NappeError => error instanceof NappeError && error.code === Code.UNAUTHENTICATED;
 
-const capital = (words: string): string => `${words[0].toUpperCase()}${words.slice(1)}`;
+export const capital = (words: string): string => `${words[0].toUpperCase()}${words.slice(1)}`;
 
 function ordinal(number: number): string {
   const ending = number % 100 > 10 && number % 100 < 14 ? undefined : ['st', 'nd', 'rd'][(number % 10) - 1];

@@ -20,7 +20,8 @@ export function listen(actions: Actions): void {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const target = event.target as HTMLElement;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    // A list and a text need their own keys, and so does the help; a button is pressed by space.
+    // A list and a text need their own keys, and so does the help; a button is pressed by space, and a slider of a sheet goes by these.
+    if (target.closest('.sheet input') !== null && /^(Arrow|Page|Home|End)/.test(key)) return;
     if (target.closest('select, pre, input:not([type="range"])') !== null || (element<HTMLDialogElement>('help').open && key !== 'h')) return;
     if (key === ' ' && target.closest('button, summary, a') !== null) return;
 

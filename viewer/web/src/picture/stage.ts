@@ -11,7 +11,7 @@ import type { Camera } from './camera.ts';
 import { Lights } from './lights.ts';
 import { Occlusion } from './occlusion.ts';
 import { Pace, type Quality } from './pace.ts';
-import { type Ray, rayThrough } from './ray.ts';
+import { type Place, type Ray, placeOf, rayThrough } from './ray.ts';
 import type { Vector } from '../scene.ts';
 import { height, ratio } from './spheres.ts';
 
@@ -237,6 +237,27 @@ export class Stage {
   ray(x: number, y: number): Ray {
     this.camera.updateMatrixWorld();
     return rayThrough(this.camera, this.renderer.domElement.getBoundingClientRect(), x, y);
+  }
+
+  /** Where a point around the scene's own origin (m) is seen; null if it is not before the camera. */
+  seen(point: Vector): Place | null {
+    this.camera.updateMatrixWorld();
+    return placeOf(this.camera, this.renderer.domElement.getBoundingClientRect(), point);
+  }
+
+  /** The direction into the picture, of length 1. */
+  facing(): Vector {
+    return this.camera.getWorldDirection(new Vector3()).toArray();
+  }
+
+  /** Whether pointers and the wheel turn and move the view. */
+  listen(on: boolean): void {
+    this.controls.enabled = on;
+  }
+
+  /** Radius of the scene (m). */
+  get radius(): number {
+    return this.home?.radius ?? 1;
   }
 
   /** Share of the pixels that differ from the background. */

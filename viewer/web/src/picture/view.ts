@@ -12,8 +12,8 @@ import type { Legend } from './coloring.ts';
 import { type Bounds, along, minus, unit } from './geometry.ts';
 import { colorGround, showGrid } from './ground.ts';
 import { mark } from './mark.ts';
-import type { Ray } from './ray.ts';
-import type { Frame, Scene, Vector } from '../scene.ts';
+import type { Place, Ray } from './ray.ts';
+import type { Body, Frame, Scene, Vector } from '../scene.ts';
 import { Snow } from './snow.ts';
 import type { Home, Stage } from './stage.ts';
 import type { Theme } from '../page/theme.ts';
@@ -98,6 +98,15 @@ export class View {
   ray(x: number, y: number): Ray {
     const { origin, direction } = this.stage.ray(x, y);
     return { origin: along(this.origin, 1, origin), direction };
+  }
+
+  /** Where a point of the world (m) is seen in the window; null if it is not before the camera. */
+  seen(point: Vector): Place | null {
+    return this.stage.seen(minus(point, this.origin));
+  }
+
+  get bodies(): readonly Body[] {
+    return this.scene.bodies;
   }
 
   /** Where the camera stands, in the world (m); null for the view from the start. */
@@ -198,6 +207,12 @@ export class View {
   positions(): Float32Array {
     const { numbers, step } = this.shown;
     return Float32Array.from(numbers, (number) => number * step);
+  }
+
+  /** Where a particle of the shown frame is (m), in the world. */
+  particle(index: number): Vector {
+    const { numbers, step } = this.shown;
+    return [numbers[3 * index] * step, numbers[3 * index + 1] * step, numbers[3 * index + 2] * step];
   }
 
   /** The view that holds all of some bounds, from the side that was chosen at the start. */

@@ -1,7 +1,7 @@
 // Who may look: the token is asked for, kept in the tab, and stands in no address.
 
 import assert from 'node:assert/strict';
-import { TOKEN, eventually, open } from './start.mjs';
+import { TOKEN, eventually, makeLink, open } from './start.mjs';
 
 export async function door({ browser, server: { client }, line, page }) {
   await client.create({ scene: 'hanging_sheet', sessionId: 'behind' });
@@ -54,15 +54,4 @@ async function links(browser, line) {
   await eventually(() => second.page.isVisible('#door'), 'it works once');
   assert.match(await second.text('door-why'), /no longer good/);
   await second.leave();
-}
-
-/** MakeLink of the contract, whose answer has the code as its first field. */
-async function makeLink(address) {
-  const answer = await fetch(`${address}nappe.v1.SimulationService/MakeLink`, {
-    method: 'POST', headers: { 'content-type': 'application/grpc-web+proto', authorization: `Bearer ${TOKEN}` }, body: new Uint8Array(5),
-  });
-  const bytes = Buffer.from(await answer.arrayBuffer());
-  // Five bytes before the message, then the field's number and its length.
-  assert.deepEqual([bytes[0], bytes[5]], [0, 0x0a], `MakeLink answers: ${bytes}`);
-  return bytes.subarray(7, 7 + bytes[6]).toString('latin1');
 }

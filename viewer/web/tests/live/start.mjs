@@ -125,3 +125,15 @@ export async function open(browser, address, { token = TOKEN, lost = false, dark
     },
   };
 }
+
+/** MakeLink of the contract, whose answer has the code as its first field; `fields` are the bytes of its request. */
+export async function makeLink(address, fields = []) {
+  const answer = await fetch(`${address}nappe.v1.SimulationService/MakeLink`, {
+    method: 'POST', headers: { 'content-type': 'application/grpc-web+proto', authorization: `Bearer ${TOKEN}` },
+    body: Uint8Array.from([0, 0, 0, 0, fields.length, ...fields]),
+  });
+  const bytes = Buffer.from(await answer.arrayBuffer());
+  // Five bytes before the message, then the field's number and its length.
+  assert.deepEqual([bytes[0], bytes[5]], [0, 0x0a], `MakeLink answers: ${bytes}`);
+  return bytes.subarray(7, 7 + bytes[6]).toString('latin1');
+}

@@ -20,8 +20,13 @@ pub(super) enum Cell {
 /// A column: its name, and its value in a step.
 type Column = (&'static str, fn(&v1::Diagnostics) -> Option<Cell>);
 
+/// Why cloth woke last, if any did.
+fn wake_cause(rest: &v1::RestReport) -> Option<String> {
+    rest.wake_cause.map(|_| rest.wake_cause().word())
+}
+
 /// The columns after those of the frame, in their order; loads of colliders follow.
-pub(super) const COLUMNS: [Column; 59] = [
+pub(super) const COLUMNS: [Column; 73] = [
     ("kinetic_energy", |d| Some(Number(d.kinetic_energy))),
     ("elastic_energy", |d| Some(Number(d.elastic_energy))),
     ("gravitational_energy", |d| Some(Number(d.gravitational_energy))),
@@ -53,11 +58,16 @@ pub(super) const COLUMNS: [Column; 59] = [
     ("snow_angular_momentum_y", |d| Some(Number(components(d.snow.as_ref()?.angular_momentum)[1]))),
     ("snow_angular_momentum_z", |d| Some(Number(components(d.snow.as_ref()?.angular_momentum)[2]))),
     ("snow_block_count", |d| Some(Count(d.snow.as_ref()?.block_count))),
+    ("snow_torn_count", |d| Some(Count(d.snow.as_ref()?.torn_count))),
     ("notices_capped_solves", |d| Some(Count(d.notices.as_ref()?.capped_solves))),
     ("notices_indefinite_solves", |d| Some(Count(d.notices.as_ref()?.indefinite_solves))),
     ("notices_passed_particles", |d| Some(Count(d.notices.as_ref()?.passed_particles))),
     ("notices_rejected_steps", |d| Some(Count(d.notices.as_ref()?.rejected_steps))),
     ("notices_pinched_particles", |d| Some(Count(d.notices.as_ref()?.pinched_particles))),
+    ("notices_yielding_corners", |d| Some(Count(d.notices.as_ref()?.yielding_corners))),
+    ("notices_torn_particles", |d| Some(Count(d.notices.as_ref()?.torn_particles))),
+    ("notices_first_torn_particle", |d| Some(Count(d.notices.as_ref()?.first_torn_particle?))),
+    ("notices_first_torn_seconds", |d| Some(Number(d.notices.as_ref()?.first_torn_seconds?))),
     ("cloth_substeps", |d| Some(Count(d.cloth.as_ref()?.substeps.into()))),
     ("cloth_rejected", |d| Some(Count(d.cloth.as_ref()?.rejected.into()))),
     ("cloth_dt_seconds", |d| Some(Number(d.cloth.as_ref()?.dt_seconds))),
@@ -76,9 +86,18 @@ pub(super) const COLUMNS: [Column; 59] = [
     ("surface_least_gap_m", |d| Some(Number(d.surface.as_ref()?.least_gap_m?))),
     ("surface_failed", |d| Some(Count(d.surface.as_ref()?.failed))),
     ("surface_crossings", |d| Some(Count(d.surface.as_ref()?.crossings?))),
+    ("surface_yield_m", |d| Some(Number(d.surface.as_ref()?.yield_m))),
+    ("surface_yielding", |d| Some(Count(d.surface.as_ref()?.yielding))),
+    ("surface_largest_push_n", |d| Some(Number(d.surface.as_ref()?.largest_push_n))),
     ("rest_calm_share", |d| Some(Number(d.rest.as_ref()?.calm_share))),
     ("rest_pieces", |d| Some(Count(d.rest.as_ref()?.pieces))),
     ("rest_calm_pieces", |d| Some(Count(d.rest.as_ref()?.calm_pieces))),
     ("rest_way_m", |d| Some(Number(d.rest.as_ref()?.way_m))),
     ("rest_change_m", |d| Some(Number(d.rest.as_ref()?.change_m))),
+    ("rest_awake_share", |d| Some(Number(d.rest.as_ref()?.awake_share))),
+    ("rest_pieces_asleep", |d| Some(Count(d.rest.as_ref()?.pieces_asleep))),
+    ("rest_told_m", |d| Some(Number(d.rest.as_ref()?.told_m))),
+    ("rest_long_steps", |d| Some(Count(d.rest.as_ref()?.long_steps))),
+    ("rest_wakes", |d| Some(Count(d.rest.as_ref()?.wakes))),
+    ("rest_wake_cause", |d| Some(Word(wake_cause(d.rest.as_ref()?)?))),
 ];

@@ -87,8 +87,7 @@ impl Usd {
 
     /// These watch options with what is kept, velocities always; notes what the session is.
     pub(super) fn watch(&mut self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
-        let title = if session.title.is_empty() { &session.session_id } else { &session.title };
-        self.title.clone_from(title);
+        self.title.clone_from(&session.title);
         let interval = session.dt_seconds * f64::from(session.frame_interval_steps.max(1));
         if interval > 0.0 {
             self.rate = on_a_frame(1.0 / interval);
@@ -175,7 +174,8 @@ impl Usd {
 
     fn write_all(&mut self, [first, last]: [f64; 2]) -> Result<()> {
         let Self { file, spool, title, rate, bodies, colliders, scene, .. } = self;
-        let about = quoted(&format!("nappe {}: {title}", env!("CARGO_PKG_VERSION")));
+        let between = if title.is_empty() { "" } else { ": " };
+        let about = quoted(&format!("nappe {}{between}{title}", env!("CARGO_PKG_VERSION")));
         let head = format!(
             "#usda 1.0\n(\n    defaultPrim = \"World\"\n    doc = {about}\n    endTimeCode = {last}\n    framesPerSecond = {rate}\n    metersPerUnit = 1\n    startTimeCode = {first}\n    timeCodesPerSecond = {rate}\n    upAxis = \"Y\"\n)\n\ndef Xform \"World\"\n{{\n"
         );

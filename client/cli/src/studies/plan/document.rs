@@ -102,6 +102,15 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
     let needed = plan.needed.map(|needed| {
         json!({ "dt": needed.dt, "cell_m": needed.cell, "seconds_per_simulated_second": needed.seconds })
     });
+    let rested = plan.rested.map(|rested| {
+        json!({
+            "error_m": rested.error,
+            "told_m": rested.told,
+            "measured_m": rested.measured,
+            "saved_counts": rested.saved_counts,
+            "saving": rested.saving,
+        })
+    });
     let reach = plan.reach.as_ref();
     // What was not looked at is no promise.
     let known = reach.filter(|reach| reach.end.cut().is_none());
@@ -124,6 +133,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "terms": plan.terms.iter().map(term).collect::<Vec<_>>(),
         "candidates": plan.tried.iter().map(|one| candidate(plan, one)).collect::<Vec<_>>(),
         "verified": verified,
+        "rest": rested,
         "quicker": plan.quicker.as_ref().map(place),
         "real_time": plan.real_time.as_ref().map(place),
         "reference_error_m": plan.chart.reference.as_ref().map(nappe_study::Reference::error),

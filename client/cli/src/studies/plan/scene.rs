@@ -14,6 +14,8 @@ use crate::studies::study::CoarserCopy;
 fn stepped_by(scene: &Scene, stepped: &Stepped) -> Scene {
     let mut scene = scene.clone();
     scene.precision = stepped.precision();
+    // Plans are of all of the steps, and few methods can leave out any.
+    scene.rest = None;
     match stepped {
         Stepped::Cloth(setting) => scene.bodies.iter_mut().for_each(|body| configure(body, setting)),
         Stepped::Snow(setting) => scene.snow.iter_mut().for_each(|snow| configure_snow(snow, setting)),

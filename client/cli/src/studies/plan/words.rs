@@ -30,6 +30,7 @@ pub(crate) fn answer(plan: &Plan) -> String {
         reach(plan),
         reduced(plan),
         quicker(plan),
+        rested(plan),
         needed(plan, row),
         real_time(plan),
         cut(plan),
@@ -168,6 +169,18 @@ fn quicker(plan: &Plan) -> Option<String> {
     let quicker = plan.quicker.as_ref()?;
     let seconds = time(quicker.seconds?);
     Some(format!("Here {} took less: {seconds} per simulated second.", setting(quicker)))
+}
+
+/// What it saves if what lies still sleeps, where something did.
+fn rested(plan: &Plan) -> Option<String> {
+    let rested = plan.rested.filter(|rested| rested.told > 0.0 || rested.saved_counts > 0.0)?;
+    Some(format!(
+        "With rest = {{ error = {:.3e} }} it takes {:.0} % fewer evaluations and products: it is told to be {} off, and is {}.",
+        rested.error,
+        100.0 * rested.saved_counts,
+        length(rested.told),
+        length(rested.measured)
+    ))
 }
 
 /// What it would take, and until when it is accurate enough as it is.

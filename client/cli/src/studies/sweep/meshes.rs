@@ -1,4 +1,4 @@
-//! The mesh files that runs of a sweep name: read once, shared by all runs, and known by the hashes of their bytes.
+//! The files of meshes and of their springs that runs of a sweep name: read once, shared by all runs, and known by the hashes of their bytes.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -7,25 +7,45 @@ use std::{
 };
 
 use nappe_scene::{
-    ErrorKind, Mesh, MeshSource, Scene, SceneError,
+    ErrorKind, MeshSource, Scene, SceneError,
     files::{self, ReadOptions},
+    mesh::read_springs_csv,
 };
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::mesh::{MeshSpring, TriangleMesh};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{scenes::meshes, words::output};
 
+/// A mesh file, and the table of springs that a body takes it with, if it names one.
+type Named = (String, Option<String>);
+
+/// The text of a table of springs, and where it is.
+struct Table {
+    file: String,
+    text: String,
+}
+
 /// Meshes by the names that scenes have for their files; of those that cannot be read, why.
 pub(crate) struct Meshes {
     read: BTreeMap<String, Result<TriangleMesh, SceneError>>,
+    tables: BTreeMap<String, Result<Table, SceneError>>,
     /// Hashes of the files that they were read from, of an `.eti` set of each; none of what cannot be read.
     pub(crate) hashes: BTreeMap<String, Option<String>>,
 }
 
 impl Meshes {
     /// Reads meshes whose names are relative to a folder; tells what is odd about them.
-    pub(crate) fn read(names: &BTreeSet<String>, folder: &Path) -> Self {
-        let (mut read, mut hashes) = (BTreeMap::new(), BTreeMap::new());
+    pub(crate) fn read(names: &BTreeSet<Named>, folder: &Path) -> Self {
+        let (mut read, mut hashes, mut tables) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        for name in names.iter().filter_map(|(_, table)| table.as_ref()) {
+            let path = folder.join(name);
+            let text = files::load_text(&path, &ReadOptions::default());
+            let hash = text.as_ref().ok().map(|text| output::hash(xxh3_64(text.as_bytes())));
+            hashes.insert(name.clone(), hash);
+            let table = text.map(|text| Table { file: path.display().to_string(), text });
+            tables.insert(name.clone(), table);
+        }
+        let names: BTreeSet<&String> = names.iter().map(|(mesh, _)| mesh).collect();
         for name in names {
             let path = folder.join(name);
             let mut keep = |file: &Path, bytes: &[u8]| {
@@ -43,7 +63,7 @@ impl Meshes {
             }
             read.insert(name.clone(), loaded.map(|loaded| loaded.mesh));
         }
-        Self { read, hashes }
+        Self { read, tables, hashes }
     }
 }
 
@@ -58,15 +78,22 @@ impl MeshSource for Meshes {
             Err(SceneError::new(ErrorKind::MeshNotFound, path, message))
         })
     }
+
+    fn springs_file(&self, path: &str, points: usize) -> Result<Vec<MeshSpring>, SceneError> {
+        match self.tables.get(path) {
+            Some(Ok(table)) => read_springs_csv(&table.text, &table.file, points),
+            Some(Err(error)) => Err(error.clone()),
+            None => {
+                let message = "is not among the tables of springs that were read when the sweep began";
+                Err(SceneError::new(ErrorKind::MeshNotFound, path, message))
+            }
+        }
+    }
 }
 
-/// The mesh files that a scene names, in its order.
-pub(crate) fn named(scene: &Scene) -> Vec<String> {
-    let file = |mesh: &Mesh| match mesh {
-        Mesh::File { file, .. } => Some(file.clone()),
-        Mesh::Grid { .. } | Mesh::Chain { .. } | Mesh::CourseGrid { .. } | Mesh::Upload { .. } => None,
-    };
-    scene.meshes().filter_map(file).collect()
+/// The mesh files that a scene names, in its order, with their tables of springs.
+pub(crate) fn named(scene: &Scene) -> Vec<Named> {
+    scene.mesh_files().map(|(mesh, table)| (mesh.to_owned(), table.map(str::to_owned))).collect()
 }
 
 /// The mesh files that any run names, where only the keys at some places choose meshes.
@@ -75,7 +102,7 @@ pub(crate) fn named_by_any(
     keys: &[String],
     values: &[Vec<String>],
     choosing: &[usize],
-) -> BTreeSet<String> {
+) -> BTreeSet<Named> {
     let chosen: BTreeSet<Vec<(String, String)>> = values
         .iter()
         .map(|values| choosing.iter().map(|place| (keys[*place].clone(), values[*place].clone())).collect())

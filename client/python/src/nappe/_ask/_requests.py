@@ -118,6 +118,20 @@ def info() -> Call[ServerInfo]:
     return Call("GetServerInfo", MESSAGES["GetServerInfoRequest"](), CALL_LIMIT, server_info)
 
 
+def link(address: str, session_id: str, forks: int, uses: int, seconds: int) -> Call[str]:
+    """A link to the page of the server at an address; with the id of a session, one that is good for that alone."""
+    if address.startswith("unix:"):
+        raise refused(f"no browser opens {address}; a server at HOST:PORT has links", "url")
+    message = MESSAGES["MakeLinkRequest"](
+        session_id=session_id,
+        forks=whole(forks, "forks", most=UINT32),
+        uses=whole(uses, "uses", most=UINT32),
+        seconds=whole(seconds, "seconds", most=UINT32),
+    )
+    query = f"?session={session_id}" if session_id else ""
+    return Call("MakeLink", message, CALL_LIMIT, lambda answer: f"{address}/{query}#{answer.code}")
+
+
 def create(
     *,
     scene_name: str | None,
@@ -129,6 +143,7 @@ def create(
     frame_interval_steps: int,
     rank_count: int,
     begin: Message | None = None,
+    checkpoint_id: str | None = None,
 ) -> Call[Message]:
     """A new session. Its request id makes a repeated request return the session of the first."""
     if precision not in tuple(_PRECISIONS):
@@ -143,7 +158,9 @@ def create(
     )
     if step_limit is not None:
         message.step_limit = whole(step_limit, "step_limit")
-    if scene_text is not None:
+    if checkpoint_id is not None:
+        message.checkpoint_id = checkpoint_id
+    elif scene_text is not None:
         message.scene_text = scene_text
     else:
         message.scene_name = scene_name or ""
@@ -176,6 +193,11 @@ def fork(ids: tuple[str, str], new_id: str, step_limit: int | None) -> Call[Mess
     if step_limit is not None:
         made.message.step_limit = whole(step_limit, "step_limit")
     return made
+
+
+def save(ids: tuple[str, str]) -> Call[Message]:
+    """The file of a session, in pieces."""
+    return of_session("SaveSession", ids)
 
 
 def play(ids: tuple[str, str], real_time_factor: float) -> Call[Message]:

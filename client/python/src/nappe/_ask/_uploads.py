@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nappe._ask._checks import array, finite
+from nappe._ask._springs import with_springs
 from nappe._wire._contract import MESSAGES, Message, number
 from nappe._wire._errors import Error, FileNotFound, refused
 
@@ -28,14 +29,17 @@ _FORMATS = {
     ".off": number("FileFormat", "FILE_FORMAT_OFF"),
     ".ply": number("FileFormat", "FILE_FORMAT_PLY"),
     ".stl": number("FileFormat", "FILE_FORMAT_STL"),
+    ".pc2": number("FileFormat", "FILE_FORMAT_PC2"),
 }
 _SET = number("FileFormat", "FILE_FORMAT_ETI")
+_CHECKPOINT = number("FileFormat", "FILE_FORMAT_CHECKPOINT")
 
-# `file = "figure.obj"`; texts and comments, in which the same may stand, are stepped over.
+# `file = "figure.obj"`, or a header `[[body]]`; texts and comments, in which the same may stand, are stepped over.
 _MESH = re.compile(
-    r"""(?<![\w-])file[ \t]*=[ \t]*(?:"(?P<double>[^"\\\n]+)"|'(?P<single>[^'\n]+)')"""
+    r"""^[ \t]*\[\[[ \t]*(?P<header>[A-Za-z][\w.-]*)[ \t]*\]\]"""
+    r"""|(?<![\w-])file[ \t]*=[ \t]*(?:"(?P<double>[^"\\\n]+)"|'(?P<single>[^'\n]+)')"""
     r"""|\"{3}.*?\"{3}|'{3}.*?'{3}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*""",
-    re.DOTALL,
+    re.DOTALL | re.MULTILINE,
 )
 
 
@@ -116,16 +120,23 @@ def _corners(triangles: ArrayLike) -> NDArray[np.int64]:
 
 
 def from_file(path: Path, missing_mass: float | None = None) -> Mesh:
-    """A mesh file as it is: OBJ, OFF, PLY, STL, or a set of the MecaSim course (its points.eti, or its folder)."""
+    """A file as it is: a mesh as OBJ, OFF, PLY, STL, or a set of the MecaSim course (its points.eti, or its folder); or
+    frames of a figure as PC2."""
     suffix = path.suffix.lower()
     if path.is_dir() or suffix == ".eti":
         return _set(path if path.is_dir() else path.parent, missing_mass)
     if suffix not in _FORMATS:
-        allowed = ".obj, .off, .ply, .stl, points.eti or its folder"
+        allowed = ".obj, .off, .ply, .stl, .pc2, points.eti or its folder"
         raise refused(f"{path} has the ending {suffix!r}; allowed: {allowed}", "path")
     data = _read(path)
     header = MESSAGES["FileHeader"](name=path.name, format=_FORMATS[suffix], byte_count=len(data))
     return Mesh(header, (memoryview(data),))
+
+
+def from_checkpoint(path: Path) -> Mesh:
+    """The file of a session, as `Session.save()` wrote it."""
+    data = _read(path)
+    return Mesh(MESSAGES["FileHeader"](format=_CHECKPOINT, byte_count=len(data)), (memoryview(data),))
 
 
 def _set(folder: Path, missing_mass: float | None) -> Mesh:
@@ -147,32 +158,84 @@ def _set(folder: Path, missing_mass: float | None) -> Mesh:
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene to create a session from: the name of a shipped one, or a text and the mesh files that it names."""
+    """A scene to create a session from: the name of a shipped one, or a text and the mesh files that it names, of which
+    some go with tables of springs, by the names of both."""
 
     name: str | None
     text: str | None
+    folder: Path
     meshes: dict[str, Path]
+    tables: dict[str, str]
+
+    def mesh(self, name: str) -> Mesh:
+        """A mesh file as it is sent: with the springs of its table, if it has one."""
+        path = self.meshes[name]
+        if name not in self.tables:
+            return from_file(path)
+        if path.suffix.lower() != ".ply":
+            told = f"{path} goes with a table of springs; allowed here: a mesh that ends in .ply"
+            raise refused(f"{told}. `nappe mesh springs MESH TABLE --out FILE.ply` makes one PLY of both", "scene")
+        table = self.folder / self.tables[name]
+        data = with_springs(_read(path), str(path), _read(table), str(table))
+        header = MESSAGES["FileHeader"](name=path.name, format=_FORMATS[".ply"], byte_count=len(data))
+        return Mesh(header, (memoryview(data),))
 
     def with_uploads(self, ids: dict[str, str]) -> str:
         """The text with the ids of uploads in place of files. Lines stay where they are."""
 
         def replaced(found: re.Match[str]) -> str:
             path = _path(found)
+            if path in self.tables.values():
+                return 'pattern = "file"'
             return f'upload = "{ids[path]}"' if path in ids else found[0]
 
         return _MESH.sub(replaced, self.text or "")
 
 
+NOTHING = Scene(None, None, Path(), {}, {})
+"""No scene: the session goes on from a file."""
+
+
 def read_scene(scene: str | os.PathLike[str]) -> Scene:
     """The name of a shipped scene, the text of a scene file, or a path, which ends in `.toml` or is a `Path`."""
     if isinstance(scene, str) and ("\n" in scene or "=" in scene):
-        return Scene(None, scene, {})
+        return Scene(None, scene, Path(), {}, {})
     if isinstance(scene, str) and not scene.endswith(".toml"):
-        return Scene(scene, None, {})
+        return Scene(scene, None, Path(), {}, {})
     path = Path(scene)
     text = _read(path).decode("utf-8", errors="replace")
-    names = [name for found in _MESH.finditer(text) if (name := _path(found)) is not None]
-    return Scene(None, text, {name: path.parent / name for name in names})
+    meshes: dict[str, Path] = {}
+    tables: dict[str, str | None] = {}
+    for names in _files(text):
+        springs = [name for name in names if _is_table(name)]
+        others = [name for name in names if not _is_table(name)]
+        if springs and (len(springs), len(others)) != (1, 1):
+            told = f"{path} names the table of springs {springs[0]}, and it is not clear of which mesh"
+            raise refused(f"{told}; allowed: one mesh file and one table below a line [[body]]", "scene")
+        for name in others:
+            meshes[name] = path.parent / name
+            table = springs[0] if springs else None
+            if tables.setdefault(name, table) != table:
+                told = f"{path} takes the mesh {name} with different springs; allowed: a copy of the file for each"
+                raise refused(told, "scene")
+    return Scene(None, text, path.parent, meshes, {name: table for name, table in tables.items() if table is not None})
+
+
+def _files(text: str) -> list[list[str]]:
+    """The files that a scene names, by the elements of its arrays of tables: each body has some of its own."""
+    groups: list[list[str]] = [[]]
+    for found in _MESH.finditer(text):
+        header, name = found["header"], _path(found)
+        if header is not None and not header.startswith("body."):
+            groups.append([])
+        if name is not None:
+            groups[-1].append(name)
+    return groups
+
+
+def _is_table(name: str) -> bool:
+    """Whether a file is a table of springs: meshes and frames have other endings."""
+    return name.lower().endswith(".csv")
 
 
 def _path(found: re.Match[str]) -> str | None:

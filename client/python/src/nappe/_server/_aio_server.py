@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import weakref
+from collections.abc import AsyncIterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
@@ -107,6 +108,12 @@ class Server:
         call = requests.of_session("GetSession", (id, ""), requests.CALL_LIMIT)
         return Session(self, (await self._call(call)).session)
 
+    async def make_link(
+        self, session: Session | str | None = None, *, forks: int = 0, uses: int = 0, seconds: int = 0
+    ) -> str:
+        session_id = session.id if isinstance(session, Session) else session or ""
+        return await self._call(requests.link(self.address, session_id, forks, uses, seconds))
+
     def create(
         self,
         scene: str | os.PathLike[str] = "demo",
@@ -118,12 +125,15 @@ class Server:
         frame_interval_steps: int = 0,
         rank_count: int = 0,
         begin: Frame | str | os.PathLike[str] | None = None,
+        checkpoint: str | os.PathLike[str] | None = None,
     ) -> Opening[Session]:
         async def make() -> Session:
             begun = read_begin(begin)
-            given = uploads.read_scene(scene)
-            ids = {name: (await self.upload_file(path)).mesh_id for name, path in given.meshes.items()}
+            given = uploads.read_scene(scene) if checkpoint is None else uploads.NOTHING
+            ids = {name: (await self._upload(given.mesh(name))).mesh_id for name in given.meshes}
             at = None if begun is None else begun.message((await self._upload(begun.mesh)).mesh_id)
+            file = None if checkpoint is None else uploads.from_checkpoint(Path(checkpoint))
+            kept = None if file is None else (await self._upload(file)).mesh_id
             answer = await self._call(
                 requests.create(
                     scene_name=given.name,
@@ -135,6 +145,7 @@ class Server:
                     frame_interval_steps=frame_interval_steps,
                     rank_count=rank_count,
                     begin=at,
+                    checkpoint_id=kept,
                 )
             )
             told = (*answer.warnings, *(begun.warnings if begun else ()))
@@ -196,6 +207,17 @@ class Server:
 
     async def _call(self, call: Call[T]) -> T:
         return call.read(await self._ask(call.name, lambda: call.message, call.limit))
+
+    async def _pieces(self, call: Call[Message]) -> AsyncIterator[Message]:
+        stream = self._stream(call.name, call.message, False)
+        try:
+            async for piece in stream:
+                yield piece
+        except grpc.RpcError as status:
+            self._check_usable()
+            raise from_call(status, self.address, call.name, call.limit) from None
+        finally:
+            self._waiting.discard(stream)
 
     async def _known_limits(self) -> dict[str, int]:
         return self._limits or (await self.info()).limits

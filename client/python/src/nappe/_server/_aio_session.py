@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, NoReturn, overload
 
@@ -17,6 +19,7 @@ from nappe._ask._moving import Poses
 from nappe._ask._pulls import Pulls
 from nappe._ask._requests import Call, Changes
 from nappe._ask._resume import ChangeReader, DiagnosticsReader, FrameReader
+from nappe._ask._saved import Saving
 from nappe._save._trajectory import Trajectory
 from nappe._server._aio_opening import Opening
 from nappe._server._aio_stream import DiagnosticsStream, Frames, Stream
@@ -122,6 +125,12 @@ class Session(SessionProperties):
             return Session(self._server, answer.session, self._scene, made_here=True)
 
         return Opening("session.fork(...)", make)
+
+    async def save(self, path: str | os.PathLike[str]) -> Path:
+        with Saving(path) as saving:
+            async for piece in self._server._pieces(requests.save(self._ids)):
+                saving.take(piece)
+        return saving.path
 
     async def update(
         self,

@@ -6,6 +6,7 @@ use streams, and neither uses a server.
 
 from __future__ import annotations
 
+from collections.abc import AsyncIterator, Iterator
 from typing import Any, Protocol, TypeVar
 
 from nappe._ask._requests import Call
@@ -42,6 +43,10 @@ class CallServer(StreamServer, Protocol):
         """One call, and what its answer means."""
         ...
 
+    def _pieces(self, call: Call[Message]) -> Iterator[Message]:
+        """The messages of an answer that comes in pieces."""
+        ...
+
     def _known_limits(self) -> dict[str, int]:
         """The limits of the server, which is asked for them once."""
         ...
@@ -56,6 +61,10 @@ class AwaitedServer(StreamServer, Protocol):
 
     async def _call(self, call: Call[T]) -> T:
         """One call, and what its answer means."""
+        ...
+
+    def _pieces(self, call: Call[Message]) -> AsyncIterator[Message]:
+        """The messages of an answer that comes in pieces."""
         ...
 
     async def _known_limits(self) -> dict[str, int]:

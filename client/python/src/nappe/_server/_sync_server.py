@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
@@ -109,6 +110,19 @@ class Server:
         """The session of this id."""
         return Session(self, self._call(requests.of_session("GetSession", (id, ""), requests.CALL_LIMIT)).session)
 
+    def make_link(
+        self, session: Session | str | None = None, *, forks: int = 0, uses: int = 0, seconds: int = 0
+    ) -> str:
+        """A link to the page of the server, which lets browsers in.
+
+        Without `session` it is good once and for ten minutes, and gives the token of the server. With one, a `Session`
+        or its id, it is opened `uses` times (0: once; at most 1 000) within `seconds` (0: ten minutes; at most 43 200),
+        and gives each who opens it a token of his own: that may watch the session, have `forks` copies of it at a time
+        (at most 4), and do everything with these. There is no other session for it.
+        """
+        session_id = session.id if isinstance(session, Session) else session or ""
+        return self._call(requests.link(self.address, session_id, forks, uses, seconds))
+
     def create(
         self,
         scene: str | os.PathLike[str] = "demo",
@@ -120,6 +134,7 @@ class Server:
         frame_interval_steps: int = 0,
         rank_count: int = 0,
         begin: Frame | str | os.PathLike[str] | None = None,
+        checkpoint: str | os.PathLike[str] | None = None,
     ) -> Session:
         """Makes a session, paused before its first step.
 
@@ -127,6 +142,9 @@ class Server:
         `Frame` with velocities, or the path of a PLY file with them, or of a folder of such, of which the last frame
         counts. The session goes on as the one that the frame is of, to the bit; `warnings` tells what the frame lacks.
         A frame in another precision is refused, and so are scenes with snow.
+
+        `checkpoint`: the file of a session that `Session.save()` or `nappe save` kept, in place of a scene: the new
+        session goes on from there at the same step, to the bit, also with snow. What is not given is as it was there.
 
         `scene`: the name of a scene that the server ships, the text of a scene file, or a path to one (a text that
         ends in `.toml`, or a `Path`), whose mesh files are uploaded. `id`: 1 to 63 letters (a-z, A-Z), digits and '-',
@@ -136,9 +154,10 @@ class Server:
         is as the scene says.
         """
         begun = read_begin(begin)
-        given = uploads.read_scene(scene)
-        ids = {name: self.upload_file(path).mesh_id for name, path in given.meshes.items()}
+        given = uploads.read_scene(scene) if checkpoint is None else uploads.NOTHING
+        ids = {name: self._upload(given.mesh(name)).mesh_id for name in given.meshes}
         at = None if begun is None else begun.message(self._upload(begun.mesh).mesh_id)
+        kept = None if checkpoint is None else self._upload(uploads.from_checkpoint(Path(checkpoint))).mesh_id
         answer = self._call(
             requests.create(
                 scene_name=given.name,
@@ -150,6 +169,7 @@ class Server:
                 frame_interval_steps=frame_interval_steps,
                 rank_count=rank_count,
                 begin=at,
+                checkpoint_id=kept,
             )
         )
         told = (*answer.warnings, *(begun.warnings if begun else ()))
@@ -212,6 +232,13 @@ class Server:
 
     def _call(self, call: Call[T]) -> T:
         return call.read(self._ask(call.name, lambda: call.message, call.limit))
+
+    def _pieces(self, call: Call[Message]) -> Iterator[Message]:
+        try:
+            yield from self._stream(call.name, call.message, False)
+        except grpc.RpcError as status:
+            self._check_usable()
+            raise from_call(status, self.address, call.name, call.limit) from None
 
     def _known_limits(self) -> dict[str, int]:
         return self._limits or self.info().limits

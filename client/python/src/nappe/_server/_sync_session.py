@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, NoReturn, overload
 
@@ -15,6 +17,7 @@ from nappe._ask._moving import Poses
 from nappe._ask._pulls import Pulls
 from nappe._ask._requests import Call, Changes
 from nappe._ask._resume import ChangeReader, DiagnosticsReader, FrameReader
+from nappe._ask._saved import Saving
 from nappe._save._trajectory import Trajectory
 from nappe._server._calls import CallServer
 from nappe._server._collect import MAX_BYTES, Collector
@@ -132,6 +135,17 @@ class Session(SessionProperties):
         """
         answer = self._server._call(requests.fork(self._ids, id, step_limit))
         return Session(self._server, answer.session, self._scene, made_here=True)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Keeps the session as a file, as it stands between two steps; it goes on.
+
+        `Server.create(checkpoint=path)` goes on from there, on this or another server of the same version, to the bit.
+        A file that is there is replaced once the new one is whole.
+        """
+        with Saving(path) as saving:
+            for piece in self._server._pieces(requests.save(self._ids)):
+                saving.take(piece)
+        return saving.path
 
     def update(
         self,

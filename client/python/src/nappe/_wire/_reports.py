@@ -96,6 +96,8 @@ class SnowDiagnostics:
     """Angular momentum about the origin (kg m^2/s)."""
     block_count: int
     """Blocks of 4 x 4 x 4 nodes in use."""
+    torn_count: int
+    """Particles that are stretched farther than the cells of the grid can bear, also of objects that may break."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,16 @@ class Notices:
     pinched_particles: int
     """Particles of cloth that touch a mesh collider and are still nearer to it than its margin after contact, by more
     than 1e-9 m, each once per sub-step in which it was: surfaces that meet there leave no place for the margin."""
+    yielding_corners: int
+    """Corners of figures that cloth holds more than 1 mm off their frames, each once per sub-step at the end of which it
+    was."""
+    torn_particles: int
+    """Particles of objects of snow without plasticity that are stretched farther than the cells of the grid can bear, each
+    once per step of the scene at whose end it is: no law of theirs lets them break, and they tear."""
+    first_torn_particle: int | None
+    """The first of them, over all particles. None if there is none."""
+    first_torn_seconds: float | None
+    """When it was first torn: simulated time at the end of that step (s). None if there is none."""
 
 
 @dataclass(frozen=True)
@@ -134,11 +146,19 @@ class SurfaceReport:
     crossings: int | None
     """Pairs of an edge and a triangle that cross, counted exactly at the end of each sub-step: the most of any. None
     where the scene does not ask for the count."""
+    yield_m: float
+    """How far the corner of a figure that is farthest from its frame is off it, at the end of the step (m). 0 without
+    figures."""
+    yielding: int
+    """Corners of figures that are more than 1 mm off their frames, at the end of the step."""
+    largest_push_n: float
+    """The largest force with which a pair pushed in the last solve of a sub-step, over all sub-steps (N). 0 where none
+    pushed."""
 
 
 @dataclass(frozen=True)
 class RestReport:
-    """How still cloth lies, watched over windows of eight steps of the scene. No step depends on it. A piece is what
+    """How still cloth lies, watched over windows of eight steps of the scene, and what of it sleeps. A piece is what
     springs and elements hold together; a particle without them is one by itself."""
 
     calm_share: float
@@ -153,6 +173,18 @@ class RestReport:
     change_m: float
     """Half of the largest change of a particle's way within the last whole window from that within the one before (m).
     0 before the first window has ended."""
+    awake_share: float
+    """Share of the particles that are awake, from 0 to 1. What sleeps is stepped seldom."""
+    pieces_asleep: int
+    """Pieces that sleep."""
+    told_m: float
+    """An estimate of how far off positions are since cloth slept (m), of the body that is off most."""
+    long_steps: int
+    """Long steps that bodies have taken since their beginning."""
+    wakes: int
+    """How often bodies were woken since their beginning."""
+    wake_cause: str | None
+    """Why the one that woke last did. None where none has."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nappe._wire._colliders import Collider, read_colliders
-from nappe._wire._contract import MESSAGES, Message
+from nappe._wire._contract import MESSAGES, Message, number
 from nappe._wire._errors import Error
 
 MAX_PARTICLES = 1 << 24
@@ -24,6 +24,7 @@ MAX_TOPOLOGY_BYTES = 192 << 20
 
 _ARRAYS = ("triangles_u32", "springs_u32", "pins_u32", "uv_f32", "mass_f32", "volume_f32")
 _MESH_ARRAYS = ("points_f32", "triangles_u32")
+_ROLES = {number("BodyRole", "BODY_ROLE_CLOTH"): "cloth", number("BodyRole", "BODY_ROLE_FIGURE"): "figure"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,9 @@ class Body:
     """Masses of its particles (n,) (kg), or (0,) from an older server."""
     volumes: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     """Volumes of its particles at rest (n,) (m³), or (0,) of cloth."""
+    role: str = ""
+    """`"cloth"`, or `"figure"`, which its frames lead and which is to be drawn as solids are; empty: an object of snow,
+    or a body of an older server."""
 
     @property
     def particles(self) -> slice:
@@ -185,7 +189,8 @@ def _body(wire: Message) -> Body:
             )
     triangles, springs, pins = lists.values()
     masses, volumes = weights.values()
-    return Body(wire.name, first, count, triangles, springs, pins.reshape(-1), uv, _color(wire), masses, volumes)
+    role = _ROLES.get(wire.role, "")
+    return Body(wire.name, first, count, triangles, springs, pins.reshape(-1), uv, _color(wire), masses, volumes, role)
 
 
 def _color(wire: Message) -> tuple[int, int, int] | None:

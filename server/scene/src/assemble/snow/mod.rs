@@ -4,6 +4,7 @@ mod settings;
 mod material;
 mod object;
 mod overlap;
+mod attach;
 
 use nappe_sim::snow::{SnowObject, SnowSetup};
 
@@ -40,6 +41,7 @@ pub(super) fn build(
         let built = build_object(body, text.cell, at, &mut earlier, meshes, size).and_then(
             |(mut object, mut odd)| {
                 odd.extend(settle_snow(&mut object, text.cell, solids)?);
+                attach::check(body, &object, text.cell, solids, at)?;
                 Ok((object, odd))
             },
         );

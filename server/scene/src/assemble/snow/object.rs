@@ -134,6 +134,7 @@ impl<'a> Plan<'a> {
                 amplitude => noise(Stream::Stiffness, amplitude).factors(&x),
             },
             material,
+            attach: text.attach.clone(),
             x,
         };
 

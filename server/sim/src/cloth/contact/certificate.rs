@@ -80,7 +80,7 @@ mod tests {
         let candidate = Candidate { corners: [0, 1, 2, 3], triangle: 0 };
         let [a, b, c] = TRIANGLE.map(Vec3::from);
         let start = [Vec3::new(0.2, 0.2, 0.01), a, b, c];
-        let pair = Pair::near(&surface, candidate, start, (1.0, 0.0)).expect("it is near");
+        let pair = Pair::near(&surface, candidate, start, (1.0, [0.0, 1.0])).expect("it is near");
         let mut end = start;
         end[0] += Vec3::from(way);
         end[3] += Vec3::new(0.0, 0.0, lift);

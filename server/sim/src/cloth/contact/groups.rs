@@ -14,13 +14,15 @@ pub(crate) struct Groups {
     towards: Vec<u32>,
     /// The group of each part.
     of_part: Vec<u32>,
-    /// What is known of each group: it is held by pins, or by colliders.
+    /// What is known of each group: it is held by pins, by figures, or by colliders.
     pub(crate) all: Vec<Part>,
     /// Mass (kg) of particles that colliders push, and that times the velocities (kg m/s) of their surfaces.
     touched: Vec<(f64, Vec3<f64>)>,
+    /// Whether pins or figures hold each, and whether pins of cloth do.
     has_pins: Vec<bool>,
+    has_pinned_cloth: Vec<bool>,
     pushed: Vec<Pushed>,
-    /// The velocity (m/s) from which a group is seen: of one that is held, that of its pins, or of the colliders that push it.
+    /// The velocity (m/s) from which a group is seen: of one that is held, that of the pins, of its figures, or of the colliders that push it.
     pub(crate) frames: Vec<Vec3<f64>>,
 }
 
@@ -37,6 +39,7 @@ impl Groups {
         }
         self.of_part.clear();
         self.has_pins.clear();
+        self.has_pinned_cloth.clear();
         self.all.clear();
         self.touched.clear();
         for (number, part) in parts.iter().enumerate() {
@@ -45,6 +48,7 @@ impl Groups {
                 self.all.push(Part::default());
                 self.touched.push((0.0, Vec3::zeros()));
                 self.has_pins.push(false);
+                self.has_pinned_cloth.push(false);
                 self.all.len() as u32 - 1
             } else {
                 self.of_part[first]
@@ -54,7 +58,9 @@ impl Groups {
             let all = &mut self.all[group];
             (all.mass, all.count) = (all.mass + part.mass, all.count + part.count);
             all.is_held |= part.is_held;
+            all.led += part.led;
             self.has_pins[group] |= part.is_held;
+            self.has_pinned_cloth[group] |= part.is_held && part.led == 0;
         }
         for wall in walls.iter().flatten().filter(|wall| wall.hold.activity.pushes()) {
             let row = wall.particle();
@@ -108,12 +114,42 @@ impl Groups {
         &self.of_part
     }
 
-    /// Sees each group from what holds it, where the pins move with a mean velocity (m/s).
-    pub(crate) fn see_from(&mut self, pins: Vec3<f64>) {
-        for ((frame, (mass, along)), has_pins) in
-            self.frames.iter_mut().zip(&self.touched).zip(&self.has_pins)
-        {
-            *frame = if *has_pins || *mass == 0.0 { pins } else { along / *mass };
+    /// Sees each group from what holds it: the pins of cloth, which move with a mean velocity (m/s), or else its figures, of whose corners the
+    /// velocities (m/s) add up to what `corners` gives. A figure says nothing of cloth that it does not touch.
+    pub(crate) fn see_from(&mut self, pins: Vec3<f64>, corners: impl Fn(usize) -> Vec3<f64>) {
+        for (group, frame) in self.frames.iter_mut().enumerate() {
+            let (led, (mass, along)) = (self.all[group].led, &self.touched[group]);
+            *frame = if led > 0 && !self.has_pinned_cloth[group] {
+                corners(group) / f64::from(led)
+            } else if self.has_pins[group] || *mass == 0.0 {
+                pins
+            } else {
+                along / *mass
+            };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_figures_alone_hold_is_seen_from_their_corners_and_all_else_from_pins_or_colliders() {
+        let part = |is_held, led| Part { is_held, led, ..Part::default() };
+        let untouched = (0.0, Vec3::zeros());
+        // Held by pins, by a figure of two corners, by both, by nothing, by a collider.
+        let mut groups = Groups {
+            all: vec![part(true, 0), part(true, 2), part(true, 2), part(false, 0), part(true, 0)],
+            touched: vec![untouched, untouched, untouched, untouched, (2.0, Vec3::new(0.0, 0.0, 6.0))],
+            has_pins: vec![true, true, true, false, false],
+            has_pinned_cloth: vec![true, false, true, false, false],
+            frames: vec![Vec3::zeros(); 5],
+            ..Groups::default()
+        };
+        let pins = Vec3::new(0.0, 1.0, 0.0);
+        groups.see_from(pins, |_| Vec3::new(60.0, 0.0, 0.0));
+        let [figure, collider] = [Vec3::new(30.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 3.0)];
+        assert_eq!(groups.frames, [pins, figure, pins, pins, collider]);
     }
 }

@@ -32,6 +32,8 @@ pub(crate) struct Pair {
     pushes_at: PushesAt,
     /// How many times it was made harder.
     hardened: u8,
+    /// How many sub-steps that the scene asks for this one is long: it stays as stiff as in one of them. Two bytes, as there are many pairs.
+    steps: u16,
 }
 
 /// Where a pair pushes.
@@ -66,13 +68,14 @@ impl Pair {
         (self.stencil.corners, self.triangle) = (candidate.corners, candidate.triangle);
     }
 
-    /// A pair in a sub-step that begins with its corners at `x` (m), and may give back so much of what it lost (m). None where it stays apart
-    /// whatever happens, as long as no corner comes nearer to one of the other part than by `room` (m).
+    /// A pair in a sub-step that begins with its corners at `x` (m), may give back so much of what it lost (m), in a sub-step as long as so
+    /// many of the scene. None where it stays apart whatever happens, as long as no corner comes nearer to one of the other part than by
+    /// `room` (m).
     pub(crate) fn near(
         surface: &Surface,
         candidate: Candidate,
         x: [Vec3<f64>; 4],
-        (room, regained): (f64, f64),
+        (room, [regained, steps]): (f64, [f64; 2]),
     ) -> Option<Self> {
         let found = closest(candidate.kind(), x);
         let gap = found.difference.norm();
@@ -87,6 +90,7 @@ impl Pair {
             triangle: candidate.triangle,
             direction,
             thickness,
+            steps: steps as u16,
             ..Self::default()
         })
     }
@@ -136,9 +140,14 @@ impl Pair {
         self.hold.stiffness = self.hardness() * stiffness_of(place.weights, inv_m);
     }
 
-    /// How many times as hard it is as one that was not made harder.
+    /// How many times as hard it is as one of the scene's sub-step that was not made harder.
     fn hardness(&self) -> f64 {
-        (0..self.hardened).fold(1.0, |hardness, _| hardness * HARDER)
+        (0..self.hardened).fold(self.firmness(), |hardness, _| hardness * HARDER)
+    }
+
+    /// How many times as stiff it is, over h², as in one sub-step of the scene.
+    fn firmness(&self) -> f64 {
+        f64::from(self.steps) * f64::from(self.steps)
     }
 
     /// By how much (m) ways (m) of its corners take its parts farther apart.
@@ -177,7 +186,8 @@ impl Pair {
             look.is_changed = self.hold.add();
             if look.is_changed {
                 // As if it carried itself alone.
-                let bound = friction * self.hold.impulse(self.across(&ways), dt) / STIFFNESS;
+                let bound =
+                    friction * self.hold.impulse(self.across(&ways), dt) / (STIFFNESS * self.firmness());
                 let seen = self.seen(bound, [&ways, &came], dt);
                 let rubs = friction > 0.0 && round > 0;
                 self.hold.rub = if rubs { Friction::guess(seen) } else { Friction::default() };

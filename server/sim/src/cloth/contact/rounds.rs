@@ -7,7 +7,7 @@ use super::{
     groups::Groups,
     limit::{failure_of, moved_pin, pairs_in},
     pair::{Look, Pair},
-    pushing::pushing,
+    pushing::{Pushing, pushing},
     room::make_room,
     rows::PairRows,
     rules::SETTLING,
@@ -86,6 +86,8 @@ pub(crate) struct Scene<'a, R: Real> {
     /// Changes of velocity in the sub-step before (m/s), where solves start from them; else none.
     pub(crate) before: &'a [Sixteen<R>],
     pub(crate) sub_step: SubStep,
+    /// How many sub-steps that the scene asks for this one is long: what pushes stays as stiff as in one of them.
+    pub(crate) steps: f64,
     pub(crate) gravity: Vec3<f64>,
     pub(crate) friction: f64,
     /// How fast (m/s) lost thickness is given back.
@@ -118,8 +120,8 @@ impl<R: Real> Contact<R> {
     pub(crate) fn begin(&mut self, scene: Scene<'_, R>, rows: &[Sixteen<R>]) -> Result<(), StepFailure> {
         let Scene { model, surface, state, before, sub_step, gravity, .. } = scene;
         let start = Start { x: &state.x, v: &state.v, dv: before, sub_step, gravity };
-        let regained = scene.recovery * sub_step.dt;
-        let found = self.search.begin(model, surface, start, regained, &mut self.pairs, scene.interrupt);
+        let beginning = [scene.recovery * sub_step.dt, scene.steps];
+        let found = self.search.begin(model, surface, start, beginning, &mut self.pairs, scene.interrupt);
         found.map_err(|stopped| failure_of(model, surface, stopped))?;
         self.list_walls(scene);
         self.rows.keep(model, rows);
@@ -130,13 +132,14 @@ impl<R: Real> Contact<R> {
     }
 
     fn list_walls(&mut self, scene: Scene<'_, R>) {
-        let Scene { model, colliders, state, sub_step, .. } = scene;
+        let Scene { model, colliders, state, sub_step, steps, .. } = scene;
         let Self { search, walls, .. } = self;
         walls.resize(block_count(model.count, model.block_size), Vec::new());
         model.share.own().each(per_block_mut(walls), |block, walls| {
             walls.clear();
             if !colliders.is_empty() {
-                Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), sub_step, walls);
+                let from = ([&state.x[..], &state.v[..]], &search.ways);
+                Wall::list(model, block, colliders, from, (sub_step, steps), walls);
             }
         });
     }
@@ -168,6 +171,7 @@ impl<R: Real> Contact<R> {
         let pushing = pushing(&self.pairs, &self.walls);
         self.energy = PairEnergy::of((model, &self.groups), pushing, [&state.v, &next.v], dt);
         let active = self.pairs.iter().filter(|pair| pair.hold.activity.pushes()).count();
+        self.report.largest_push = self.largest_push(&next.v, dt);
 
         let (mut is_changed, mut off) = self.review_walls(scene, next, round);
         self.meet(scene, next, kept);
@@ -285,7 +289,7 @@ impl<R: Real> Contact<R> {
                 let (start, end) = (at(&state.x), at(&ends[0]));
                 let largest = end.iter().map(Vec3::amax).fold(0.0, f64::max);
                 let floor = FLOOR * R::ROUNDING * largest;
-                let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
+                let inv_m = corners.map(|corner| model.movable()[corner as usize].to_f64());
                 let ways = corners.map(way);
                 let is_unsafe = !is_safe(pair, start, end, floor);
                 let rounds = [round, ROUNDS - LAST];
@@ -302,9 +306,9 @@ impl<R: Real> Contact<R> {
     /// Looks for pairs about the ways that the last solve led along.
     fn look_again(&mut self, scene: Scene<'_, R>) -> Result<(), StepFailure> {
         let Scene { model, surface, state, .. } = scene;
-        let regained = scene.recovery * scene.sub_step.dt;
+        let beginning = [scene.recovery * scene.sub_step.dt, scene.steps];
         let ends = [&*state.x, &*self.ends[0]];
-        let found = self.search.again(model, surface, ends, regained, &mut self.pairs, scene.interrupt);
+        let found = self.search.again(model, surface, ends, beginning, &mut self.pairs, scene.interrupt);
         found.map_err(|stopped| failure_of(model, surface, stopped))?;
         std::mem::swap(&mut self.walls, &mut self.walls_before);
         self.list_walls(scene);
@@ -323,6 +327,15 @@ impl<R: Real> Contact<R> {
         let ([one, other], gap) = self.first_unsafe.unwrap_or_default();
         let user = |particle: u32| u64::from(model.user[particle as usize]);
         StepFailure::Contact { particles: [one, other].map(user), gap, driven: self.driven.map(user) }
+    }
+
+    /// The largest force (N) of a pair in the solve that led to velocities (m/s) in `dt` (s); 0 where none pushed.
+    fn largest_push(&self, v: &[Padded<R>], dt: f64) -> f64 {
+        let force = |push: Pushing<'_>| {
+            let relative = push.relative(|corner| wide(&v[corner]));
+            push.hold.impulse(push.across(&relative, dt), dt) / dt
+        };
+        pushing(&self.pairs, &[]).map(force).fold(0.0, f64::max)
     }
 
     /// The least distance (m) of a pair at the end; infinite without one.

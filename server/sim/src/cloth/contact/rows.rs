@@ -4,7 +4,7 @@
 
 use super::{pushing::Pushing, room::make_room, ways::wide};
 use crate::{
-    cloth::layout::Model,
+    cloth::layout::{Figure, Model},
     linalg::{Inverse3, Symmetric3},
     math::{LANES, Padded, Real, Sixteen, Vec3},
     parallel::{block_count, per_sixteen, per_sixteen_mut, size},
@@ -41,6 +41,8 @@ pub(crate) struct PairRows<R: Real> {
     pub(crate) inverse: Vec<Inverse3>,
     /// What pushes add to the diagonal blocks, of blocks that any touches.
     added: Vec<[Symmetric3; LANES]>,
+    /// Whether any push moves a row, where corners of figures give way; else empty.
+    touched: Vec<bool>,
 }
 
 impl<R: Real> PairRows<R> {
@@ -88,9 +90,35 @@ impl<R: Real> PairRows<R> {
                 given: push.impulse(&velocity, dt).map(R::of),
             });
         }
+        self.touch(model);
         if !self.pushes.is_empty() {
             self.divide(model);
             self.add_up(model, inverse);
+        }
+    }
+
+    /// Takes over which rows pushes move.
+    fn touch(&mut self, model: &Model<R>) {
+        let Self { pushes, touched, .. } = self;
+        touched.clear();
+        if !model.has_giving_corners() {
+            return;
+        }
+        touched.resize(model.count, false);
+        for push in &*pushes {
+            for (corner, weight) in push.corners.iter().zip(push.weights) {
+                touched[*corner as usize] |= weight != R::zero();
+            }
+        }
+    }
+
+    /// Keeps a first guess of changes of velocity off corners of figures that nothing pushes. Their rows have their mass alone, so that their
+    /// solution is exactly 0, and stays so.
+    pub(crate) fn keep_off(&self, model: &Model<R>, dv: &mut [Sixteen<R>]) {
+        for (row, _) in model.figures.iter().flat_map(Figure::giving) {
+            if self.touched.get(row) != Some(&true) {
+                dv[row / LANES].set(row % LANES, Vec3::zeros());
+            }
         }
     }
 
@@ -122,11 +150,12 @@ impl<R: Real> PairRows<R> {
 
     /// The right-hand side and the inverses with the pushes.
     fn add_up(&mut self, model: &Model<R>, of_evaluation: &[Inverse3]) {
-        let Self { pushes, starts, of_blocks, rows, b, inverse, added } = self;
+        let Self { pushes, starts, of_blocks, rows, b, inverse, added, .. } = self;
         size(b, rows.len());
         size(inverse, of_evaluation.len());
         added.resize(b.len(), Default::default());
         let (pushes, starts, of_blocks) = (&*pushes, &*starts, &*of_blocks);
+        let movable = model.movable();
         let sums = (per_sixteen_mut(b), per_sixteen_mut(inverse), per_sixteen_mut(added));
         let fields = (sums, per_sixteen(rows), per_sixteen(of_evaluation));
         model.share.own().each(fields, |block, ((b, inverse, added), rows, of_evaluation)| {
@@ -140,7 +169,7 @@ impl<R: Real> PairRows<R> {
             let first = block * model.block_size;
             for push in of_block.iter().map(|number| &pushes[*number as usize]) {
                 for (row, weight) in push.rows(first..first + b.len() * LANES) {
-                    if model.inv_m[first + row] == R::zero() {
+                    if movable[first + row] == R::zero() {
                         continue;
                     }
                     add(&mut b[row / LANES], row % LANES, push.given * weight);

@@ -49,18 +49,19 @@ impl Search {
         Self { most: self.most, ..Self::default() }
     }
 
-    /// Pairs of a sub-step that begins so, in a fixed order; what lost its distance may get so much of it back (m).
+    /// Pairs of a sub-step that begins so, in a fixed order. `beginning`: what lost its distance may get so much of it back (m), and how many
+    /// sub-steps of the scene this one is long.
     pub(crate) fn begin<R: Real>(
         &mut self,
         model: &Model<R>,
         surface: &Surface,
         start: Start<'_, R>,
-        regained: f64,
+        beginning: [f64; 2],
         pairs: &mut Vec<Pair>,
         interrupt: &Interrupt,
     ) -> Result<(), Stopped> {
         self.ways.predict(model, surface, start);
-        self.look(model, surface, regained, pairs, interrupt)
+        self.look(model, surface, beginning, pairs, interrupt)
     }
 
     /// Pairs for the ways to where a solve led; those that were known go on as they were.
@@ -69,7 +70,7 @@ impl Search {
         model: &Model<R>,
         surface: &Surface,
         [from, to]: [&[Padded<R>]; 2],
-        regained: f64,
+        beginning: [f64; 2],
         pairs: &mut Vec<Pair>,
         interrupt: &Interrupt,
     ) -> Result<(), Stopped> {
@@ -79,7 +80,7 @@ impl Search {
         self.before.extend(pairs.iter().filter(known));
         self.before.sort_unstable_by_key(Pair::candidate);
         self.ways.follow(model, from, to);
-        self.look(model, surface, regained, pairs, interrupt)?;
+        self.look(model, surface, beginning, pairs, interrupt)?;
         for pair in pairs {
             if let Ok(place) = self.before.binary_search_by_key(&pair.candidate(), Pair::candidate) {
                 *pair = self.before[place];
@@ -92,18 +93,18 @@ impl Search {
         &mut self,
         model: &Model<R>,
         surface: &Surface,
-        regained: f64,
+        beginning: [f64; 2],
         pairs: &mut Vec<Pair>,
         interrupt: &Interrupt,
     ) -> Result<(), Stopped> {
         let Self { tree, ways, most, .. } = self;
-        let (faces, ways) = (&surface.faces, &*ways);
+        let (faces, ways, movable) = (&surface.faces, &*ways, model.movable());
         let tree = tree.get_or_insert_with(|| Tree::new(faces.triangles().len()));
         tree.refit(&|face| ways.around(&faces.triangles()[face]));
         let is_wanted = |kind: PairKind, corners: [u32; 4]| {
             let [at, expected] = ways.starts_and_expected(&corners);
             is_near(kind, at, ways.room(kind, &corners, &expected))
-                && corners.iter().any(|corner| model.inv_m[*corner as usize] > R::zero())
+                && corners.iter().any(|corner| movable[*corner as usize] > R::zero())
         };
         let without = |face: usize| {
             let corners = &faces.triangles()[face];
@@ -129,12 +130,12 @@ impl Search {
                 let (candidate, corners) = (pair.candidate(), pair.stencil.corners);
                 let [at, expected] = ways.starts_and_expected(&corners);
                 let room = ways.room(candidate.kind(), &corners, &expected);
-                let Some(near) = Pair::near(surface, candidate, at, (room, regained)) else {
+                let Some(near) = Pair::near(surface, candidate, at, (room, beginning)) else {
                     pair.hold.activity = Activity::Far;
                     continue;
                 };
                 *pair = near;
-                let inv_m = corners.map(|corner| model.inv_m[corner as usize].to_f64());
+                let inv_m = corners.map(|corner| movable[corner as usize].to_f64());
                 let free = corners.map(|corner| ways.free(corner));
                 pair.begin(surface, [at, free], inv_m, |particle, share| ways.freely(particle, share));
             }

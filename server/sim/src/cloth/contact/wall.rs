@@ -49,13 +49,13 @@ pub(crate) struct Wall {
 }
 
 impl Wall {
-    /// All of a block that could meet within a sub-step, particle by particle.
+    /// All of a block that could meet within a sub-step, particle by particle, in a sub-step as long as so many of the scene.
     pub(crate) fn list<R: Real>(
         model: &Model<R>,
         block: usize,
         colliders: &[Collider],
         ([x, v], ways): ([&[Padded<R>]; 2], &Ways),
-        sub_step: SubStep,
+        (sub_step, steps): (SubStep, f64),
         out: &mut Vec<Self>,
     ) {
         let first = block * model.block_size;
@@ -79,7 +79,7 @@ impl Wall {
                 let mut wall = Self {
                     collider: number as u32,
                     stencil: Stencil::of_one(row as u32, normal),
-                    hold: Hold::idle(gap, target, STIFFNESS / inv_m),
+                    hold: Hold::idle(gap, target, steps * steps * STIFFNESS / inv_m),
                     out: normal,
                     velocity,
                     bounces: false,

@@ -91,6 +91,11 @@ impl Sums {
         self.vector(Vector::Before)
     }
 
+    /// Velocities (m/s) of pins, in sum.
+    pub(crate) fn of_pins(&self) -> Vec3<f64> {
+        self.vector(Vector::Pins)
+    }
+
     /// Momentum (N s) of the velocities that a step leads to.
     pub(crate) fn after(&self) -> Vec3<f64> {
         self.vector(Vector::After)
@@ -260,6 +265,8 @@ pub(crate) struct Common {
     pub(crate) carried: f64,
     /// What the medium and given forces give common motion (W).
     pub(crate) pushed: f64,
+    /// What of that they take of parts that no pin holds (W): not above 0.
+    pub(crate) slowed: f64,
     /// Kinetic energy (J) of what common motion changes by, of parts that no pin holds.
     pub(crate) fallen: f64,
     /// What a method loses of a fall (J): its positions feel another velocity than the mean.
@@ -280,10 +287,11 @@ impl Common {
         model.parts.any_is_loose() || !state.motions.is_empty()
     }
 
-    /// Mean velocity (m/s) of the pins, from the sums of all parts.
+    /// Mean velocity (m/s) of the pins, from the sums of all parts; corners of figures, which hold no cloth by springs, are none of them.
     pub(crate) fn pins<R: Real>(model: &Model<R>, sums: &[Sums]) -> Vec3<f64> {
         let count = model.parts.pins().len().max(1) as f64;
-        sums.iter().map(|sums| sums.vector(Vector::Pins)).sum::<Vec3<f64>>() / count
+        let of_cloth = model.parts.all().iter().zip(sums).filter(|(part, _)| part.led == 0);
+        of_cloth.map(|(_, sums)| sums.of_pins()).sum::<Vec3<f64>>() / count
     }
 
     /// The velocity from which a part is seen (m/s): that of what holds it, or its own.
@@ -331,7 +339,8 @@ impl Common {
         let pushed = |((part, sums), frame): ((&Part, &Sums), &Vec3<f64>)| {
             Self::frame(part, sums.after(), *frame).dot(&sums.vector(Vector::Push))
         };
-        self.pushed = parts.iter().zip(sums).zip(&self.frames).map(pushed).sum();
+        self.pushed = held().map(pushed).sum();
+        self.slowed = held().filter(|((part, _), _)| !part.is_held).map(pushed).sum::<f64>().min(0.0);
         let before = self.kinetic(parts, sums.iter().map(Sums::before));
         self.momenta.extend(sums.iter().map(|sums| sums.end(numbers)));
         let after = self.kinetic(parts, self.momenta.iter().copied());

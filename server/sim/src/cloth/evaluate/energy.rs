@@ -32,6 +32,8 @@ pub(crate) struct Allowance {
     pub(crate) at_rest: f64,
     /// By how much the energy rises before contacts, at least by what was given (J).
     pub(crate) limit: f64,
+    /// Whether what it gains is judged: not where a corner of a figure gives way.
+    pub(crate) judged: Judged,
     /// Whether what it gains without a contact is owed too.
     pub(crate) owes: bool,
     /// Before the sub-step, and after it without contacts.

@@ -82,6 +82,13 @@ impl<R: Real> Evaluated<R> {
         }
     }
 
+    /// Takes over the forces (N) on particles from another evaluation of the same cloth.
+    pub(crate) fn take_forces(&mut self, other: &Self) {
+        let (own, given) = (&mut self.numbers.external, &other.numbers.external);
+        own.forces.clone_from(&given.forces);
+        (own.force_sum, self.current) = (given.force_sum, None);
+    }
+
     /// Freezes the air at a state, for iterates.
     pub(crate) fn freeze_air(&mut self, model: &Model<R>, state: &mut State<R>) {
         if model.triangles.is_some() {

@@ -342,19 +342,24 @@ impl<R: Real> Block<'_, R> {
         let springs = self.rows[group].load::<P>();
         let medium = self.numbers.external.at::<P>(place);
         let force = medium.force(v);
+        let moves = lanes_at::<P>(self.model.movable(), place);
         if A::KEEPS_FORCES {
+            // The mass by which corners of figures give way is no weight, and the medium does not act on them.
+            let led = moves - inv_m;
+            let m = m - m.where_positive(led);
+            let force = three!(|c| force[c] - force[c].where_positive(led));
             self.rows[group].store(three!(|c| m * gravity[c] + springs[c] + force[c]));
             return;
         }
         if A::HAS_MATRIX {
-            let (h, medium) = (R::of(scheme.h), medium.widen());
+            let (h, medium) = (R::of(scheme.h), medium.on_free(inv_m).widen());
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
             figures.predict(self.side, P::widen3(v), P::widen3(springs), masses, &medium);
             self.rows[group]
                 .store(three!(|c| ((m * gravity[c] + force[c]) * h + springs[c]).where_positive(inv_m)));
             let mut block = load_six::<P::Wide>(&self.scratch.diagonal[group]);
             medium.add_to(&mut block, m.widen(), P::Wide::of(scheme.h));
-            self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
+            self.inverse[group] = Inverse3::of_packs(block, kind, moves.widen());
         } else {
             let accelerations =
                 three!(|c| ((springs[c] + force[c]) * inv_m + P::splat(gravity[c])).where_positive(inv_m));

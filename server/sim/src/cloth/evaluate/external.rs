@@ -119,6 +119,12 @@ impl<P: Pack> Medium<P> {
         Self { drag: P::zero(), ..*self }
     }
 
+    /// The same with a drag on free particles alone, whose inverse masses are above 0.
+    #[inline(always)]
+    pub(crate) fn on_free(&self, inv_m: P) -> Self {
+        Self { drag: self.drag.where_positive(inv_m), ..*self }
+    }
+
     /// f - (c I + B) (v - w).
     #[inline(always)]
     pub(crate) fn force(&self, v: [P; 3]) -> [P; 3] {

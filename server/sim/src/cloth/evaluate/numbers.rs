@@ -68,8 +68,9 @@ impl<R: Real> StepNumbers<R> {
         let h = scheme.h;
         let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
         let mirror = R::of(settings.hessian.mirror());
-        let is_same = self.parameters.as_ref() == Some(parameters)
-            && (self.gravity, self.external.wind, self.mirror) == (gravity, wind, mirror);
+        let has_same_laws = self.parameters.as_ref() == Some(parameters);
+        let is_same =
+            has_same_laws && (self.gravity, self.external.wind, self.mirror) == (gravity, wind, mirror);
         let is_timeless = !settings.integrator.is_implicit();
         let is_as_long = self.scheme.h.to_bits() == h.to_bits();
         (self.sub_step, self.scheme) = (sub_step, scheme);
@@ -79,7 +80,8 @@ impl<R: Real> StepNumbers<R> {
 
         (self.gravity, self.mirror) = (gravity, mirror);
         self.external.refresh(parameters, wind);
-        if !is_same {
+        // Wind over time is another one in every step.
+        if !has_same_laws {
             self.weigh(model, parameters, settings);
         }
         self.springs.clear();
@@ -143,7 +145,7 @@ impl<R: Real> StepNumbers<R> {
         springs.chain(elements.map(|numbers| numbers.velocity)).any(|damping| damping > R::zero())
     }
 
-    /// Takes over what does not depend on the length of the step.
+    /// Takes over what depends on the laws alone, and looks at every element for that.
     fn weigh(&mut self, model: &Model<R>, parameters: &Parameters, settings: &ClothSettings) {
         let springs = model.springs_of_laws.iter().zip(&parameters.laws);
         self.stiffness = springs.map(|(count, entry)| f64::from(*count) * entry.law.stiffness).sum();

@@ -166,6 +166,7 @@ mod tests {
             wind: [0.0; 3],
             colliders: &[],
             time: 0.0,
+            steps: 1.0,
             interrupt,
         };
         evaluated.numbers.refresh(&model, &parameters, &settings, &around, (around.whole(), 0.0));

@@ -1,5 +1,5 @@
 //! The matrix of an implicit step, frozen at a state: A = M - h df/dv - h² df/dx. Rows of pins are 0: a pin's change of
-//! velocity is 0, its velocity is prescribed.
+//! velocity is 0, its velocity is prescribed. Of a corner of a figure that gives way its row has its mass, and what pairs add.
 //!
 //! Reads the tangent that an evaluation stored; applies A row by row, or assembles it. No law is evaluated again.
 
@@ -60,13 +60,15 @@ impl<'a, R: Real> StepMatrix<'a, R> {
         let h = R::of(numbers.scheme.h);
         matrix.fill_rows(&|i, columns, blocks| {
             blocks.fill(Mat3::zeros());
-            if model.inv_m[i] == R::zero() {
+            if model.movable()[i] == R::zero() {
                 return;
             }
 
             let place = |j: u32| columns.binary_search(&j).expect("the pattern holds every spring");
             let diagonal = place(i as u32);
-            blocks[diagonal] += Mat3::identity() * numbers.external.mass(model.m[i], h);
+            let is_free = model.inv_m[i] > R::zero();
+            let own = if is_free { numbers.external.mass(model.m[i], h) } else { model.m[i] };
+            blocks[diagonal] += Mat3::identity() * own;
             if let Some(air) = numbers.external.air_of(i) {
                 blocks[diagonal] += air * h;
             }
@@ -170,12 +172,13 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
 
         let h = R::of(numbers.scheme.h);
         let mut sums = Sums::<P::Wide>::zero();
-        let first = self.first_row / LANES;
+        let (first, movable) = (self.first_row / LANES, model.movable());
         for (place, q) in (first..).zip(self.q) {
-            let inv_m = lanes_at::<P>(&model.inv_m, place);
+            let [inv_m, moves] = [lanes_at::<P>(&model.inv_m, place), lanes_at::<P>(movable, place)];
             let (m, p) = (lanes_at::<P>(&model.m, place), packs_at::<P>(self.p, place));
-            let row = numbers.external.at::<P>(place).add_product(q.load::<P>(), p, m, h);
-            let row = three!(|c| row[c].where_positive(inv_m));
+            let medium = numbers.external.at::<P>(place).on_free(inv_m);
+            let row = medium.add_product(q.load::<P>(), p, m, h);
+            let row = three!(|c| row[c].where_positive(moves));
             sums.add(p, row);
             q.store(row);
         }

@@ -98,8 +98,8 @@ impl<R: Real> Step<'_, R> {
             // Parts that push each other have their momentum together.
             self.contact.feel(model, |row| led.of(row), numbers.sub_step.dt);
             let groups = &mut self.contact.groups;
-            groups.see_from(pins);
             of_parts.join(groups.of_part(), groups.all.len());
+            groups.see_from(pins, |group| of_parts.of_groups[group].of_pins());
             for (group, (part, sums)) in groups.all.iter().zip(&mut of_parts.of_groups).enumerate() {
                 let pushed = groups.pushed(group);
                 let shift = pushed.and_then(|pushed| sums.lacking_beside(part, numbers, pushed));

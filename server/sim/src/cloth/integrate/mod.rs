@@ -25,10 +25,12 @@ mod saddle;
 mod common_motion;
 mod momentum;
 mod vertex_block_descent;
+mod tasks;
 #[cfg(test)]
 mod tests;
 
 pub(super) use solver::Solver;
+pub(super) use tasks::{accelerate, drift, kick, solve_once};
 pub(super) use update::Step;
 pub(super) use vectors::Vectors;
 

@@ -166,7 +166,7 @@ impl<R: Real> Step<'_, R> {
             // They may not have been made.
             return SolveReport::at_once(Outcome::IterationCap, f64::NAN);
         }
-        let own = model.share.own();
+        let (own, of_contact) = (model.share.own(), &self.contact.rows);
         let begin = |dv: &mut [Sixteen<R>]| {
             if guess == Guess::StepBefore && state.dv.len() == groups {
                 let fields = (per_sixteen_mut(dv), per_sixteen(&state.dv));
@@ -177,10 +177,10 @@ impl<R: Real> Step<'_, R> {
             } else if guess == Guess::StepBefore {
                 own.each(per_sixteen_mut(dv), |_, dv| dv.fill(Sixteen::default()));
             }
+            of_contact.keep_off(model, dv);
         };
 
         let x = if at.is_iterate() { &*iterate } else { &state.x };
-        let of_contact = &self.contact.rows;
         let pairs = Some(of_contact).filter(|rows| has_rows_of_pairs && !rows.is_empty());
         let matrix = StepMatrix::new((model, numbers), x, evaluation, scratches, interrupt).with(pairs);
         let (b, inverse) = match pairs {

@@ -52,7 +52,8 @@ fn of_crumpled(
     let state = State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };
     let interrupt = Interrupt::default();
     let (gravity, wind) = ([0.0; 3], [0.0; 3]);
-    let around = Surroundings { dt, gravity, wind, colliders: &[], time: 0.0, interrupt: &interrupt };
+    let interrupt = &interrupt;
+    let around = Surroundings { dt, gravity, wind, colliders: &[], time: 0.0, steps: 1.0, interrupt };
     let mut evaluated = Evaluated::default();
     evaluated.size_for(&model, Purpose::Iterate(settings.solver.preconditioner));
     evaluated.numbers.refresh(&model, &parameters, &settings, &around, (around.whole(), 0.0));
@@ -78,14 +79,8 @@ fn of_crumpled(
         watch: &mut NoStopwatch,
     };
     step.predict();
-    let mut search = Search {
-        step: &mut step,
-        settings: &settings,
-        interrupt: &interrupt,
-        report: None,
-        mix: Mix::EXACT,
-        taken: 0.0,
-    };
+    let mut search =
+        Search { step: &mut step, settings: &settings, interrupt, report: None, mix: Mix::EXACT, taken: 0.0 };
     let first = search.evaluate(Tried::Next);
     look(&mut search, first);
 }

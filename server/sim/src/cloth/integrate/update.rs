@@ -188,8 +188,10 @@ impl<R: Real> WithSimd<R> for Advance<'_, R> {
             store_padded(new, to_v);
             store_padded(three!(|c| x[c] + moved_by[c] * dt), to_x);
             let wide = P::widen3(a);
-            sums.add_error(wide);
             let Weights { m, inv_m, first, .. } = self.weights;
+            // Corners of figures that give way have no error.
+            let free = lanes_at::<P>(inv_m, group).widen();
+            sums.add_error(three!(|c| wide[c].where_positive(free)));
             match weighed {
                 Weighed::All => sums.add_weighed::<P>(group, &self.weights, [wide, P::widen3(new)]),
                 Weighed::Change => sums.add_change(lanes_at::<P>(m, group).widen(), wide),
@@ -213,10 +215,11 @@ fn kick_into<R: Real>(model: &Model<R>, v: &[Padded<R>], a: &[Sixteen<R>], h: R,
     });
 }
 
-struct Kick<'a, R> {
-    v: &'a mut [Padded<R>],
-    a: &'a [Sixteen<R>],
-    h: R,
+/// v' = v + h a.
+pub(super) struct Kick<'a, R> {
+    pub(super) v: &'a mut [Padded<R>],
+    pub(super) a: &'a [Sixteen<R>],
+    pub(super) h: R,
 }
 
 impl<R: Real> WithSimd<R> for Kick<'_, R> {

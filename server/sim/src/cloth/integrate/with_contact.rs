@@ -29,8 +29,10 @@ pub(super) fn advance<R: Real>(
         surface,
         colliders: around.colliders,
         state: step.state,
-        before: if settings.solver.warm_start { &step.state.dv } else { &[] },
+        // What slept is expected to stay: in a long step it would fall far.
+        before: if settings.solver.warm_start || around.steps > 1.0 { &step.state.dv } else { &[] },
         sub_step: step.evaluated.numbers.sub_step,
+        steps: around.steps,
         gravity: step.evaluated.numbers.gravity.map(R::to_f64),
         friction: settings.contact.friction,
         recovery: settings.contact.recovery,

@@ -18,7 +18,7 @@ use super::{energies::risen_most, rounding::rounding};
 use crate::{
     cloth::{
         contact::PairEnergy,
-        evaluate::{Allowance, Common, Evaluation, Motion, StepNumbers, Total},
+        evaluate::{Allowance, Common, Evaluation, Judged, Motion, StepNumbers, Total},
         layout::Model,
         state::State,
     },
@@ -211,11 +211,15 @@ pub(crate) fn accept<R: Real>(
         Found::Iterate { .. } | Found::End => f64::INFINITY,
     };
     let limit = given + (share * predicted.max(0.0)).min(room) + rounding + left;
-    if gain > limit {
+    // A corner of a figure that gives way takes energy and gives it back, which nobody counts.
+    let is_judged = !model.gives_way(&after.states[1].dv);
+    if is_judged && gain > limit {
         return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
     }
+    let judged = Judged::from(is_judged);
     let owes = matches!(after.found, Found::Middle { .. }) || has_any;
     let limit = gain.max(given) + rounding;
-    let at_rest = common.lost - (medium - numbers.sub_step.dt * common.pushed).min(0.0);
-    Ok(Allowance { given: given + rounding, at_rest, limit, owes, totals: [*old, *new] })
+    let dt = numbers.sub_step.dt;
+    let at_rest = common.lost - (medium - dt * common.pushed).min(0.0) - dt * common.slowed;
+    Ok(Allowance { given: given + rounding, at_rest, limit, judged, owes, totals: [*old, *new] })
 }

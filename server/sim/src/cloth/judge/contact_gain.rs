@@ -51,6 +51,7 @@ mod tests {
             given: 0.5,
             at_rest: 0.0,
             limit: 0.5,
+            judged: Judged::Yes,
             owes: false,
             totals: [Total::default(), moving],
         };
@@ -61,7 +62,7 @@ mod tests {
         assert_eq!(owed(gained, -9.0, &allowed, Judged::Yes), 0.0);
 
         // 4 kg at 2 m/s, seen from the floor and from what goes along.
-        let part = Part { mass: 4.0, count: 1, is_held: false };
+        let part = Part { mass: 4.0, count: 1, ..Part::default() };
         let most = |velocity: f64| {
             let seen = (&[part][..], &[][..], &Common::default());
             most_owed(&allowed, seen, Vec3::new(velocity, 0.0, 0.0))

@@ -1,7 +1,11 @@
 //! The checks on the diagnostics of a state: whether all is finite and within the scene's limits.
 
 use crate::{
-    cloth::{layout::Model, settings::ClothSettings, state::State},
+    cloth::{
+        layout::{Figure, Model},
+        settings::ClothSettings,
+        state::State,
+    },
     math::{Padded, Real},
     report::{Diagnostics, StepFailure},
 };
@@ -63,9 +67,14 @@ fn own_particles<R: Real>(model: &Model<R>) -> impl Iterator<Item = (usize, usiz
     all.filter(|(_, place)| model.share.has(*place))
 }
 
-/// The user's first particle with the greatest speed.
+/// The user's first particle with the greatest speed, of those that no frames lead: what corners of figures do is nothing that a step went wrong at.
 pub(crate) fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
-    let best = own_particles(model).fold([-1.0, 0.0], |best, (user, place)| {
+    let mut is_led = vec![false; model.count];
+    for row in model.figures.iter().flat_map(Figure::rows) {
+        is_led[row] = true;
+    }
+    let of_cloth = own_particles(model).filter(|(_, place)| !is_led[*place]);
+    let best = of_cloth.fold([-1.0, 0.0], |best, (user, place)| {
         let speed = state.v[place].vector().map(R::to_f64).norm_squared();
         if speed > best[0] { [speed, user as f64] } else { best }
     });

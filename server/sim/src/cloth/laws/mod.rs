@@ -20,7 +20,7 @@ pub use spring::{spring_force, spring_jacobian_v, spring_jacobian_x};
 pub(super) use threads::no_warp;
 pub use threads::{Threads, Warp, WarpError};
 
-use crate::mesh::TriangleMesh;
+use crate::{mesh::TriangleMesh, names::names};
 
 /// The laws of elements: each with its name in scene files, the number of particles of an element, of numbers that never
 /// change and of numbers that an evaluation freezes.
@@ -43,17 +43,9 @@ macro_rules! kinds {
             $(#[doc = concat!("`", $name, "`: see docs/laws/", $name, ".md.")] $law,)+
         }
 
+        names!(ElementKind { $($law: $name),+ });
+
         impl ElementKind {
-            /// Every law of elements.
-            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$law),+];
-
-            /// Its name in scene files.
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $(Self::$law => $name,)+
-                }
-            }
-
             /// Particles of one element.
             pub(super) const fn particles(self) -> usize {
                 match self {

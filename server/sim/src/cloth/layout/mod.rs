@@ -17,7 +17,7 @@ mod model;
 
 pub(crate) use check::check_network;
 pub(super) use elements::{BlockOfRows, ElementFigures, ElementNumbers, Elements};
-pub(super) use figures::Figure;
+pub(super) use figures::{Figure, Yield};
 pub(super) use halo::copy_own;
 pub use model::{LawEntry, Model, Parameters};
 pub(super) use parts::{Part, Pushed};

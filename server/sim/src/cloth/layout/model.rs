@@ -27,7 +27,7 @@ use crate::{
     },
     interrupt,
     linalg::{CoarseLayout, PatchLayout},
-    math::{LANES, Padded, Real, vec3},
+    math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
     parallel::{Ranks, Share, hilbert_order},
 };
 
@@ -42,8 +42,10 @@ pub struct Model<R: Real> {
     pub share: Share,
     /// Mass (kg); of a pinned particle: what it would weigh, or 0. A multiple of sixteen numbers, 0 beyond `count`.
     pub m: Vec<R>,
-    /// 1 / mass (1/kg), 0 pins; as many as masses.
+    /// 1 / mass (1/kg), 0 pins and corners of figures; as many as masses.
     pub inv_m: Vec<R>,
+    /// The same, but for corners that give way; empty where none does.
+    with_corners: Vec<R>,
     /// `user[particle]`: the user's number.
     pub user: Vec<u32>,
     /// `place[user's number]`: the particle.
@@ -155,6 +157,8 @@ impl<R: Real> Model<R> {
         inv_m.resize(padded, R::zero());
         let mut m: Vec<R> = user.iter().map(|&old| R::of(network.masses[old as usize])).collect();
         m.resize(padded, R::zero());
+        let figures = Figure::all_of(joined, &place);
+        let with_corners = with_corners(&figures, &mut m, &inv_m);
 
         let mut model = Self {
             count,
@@ -181,9 +185,10 @@ impl<R: Real> Model<R> {
                 .air
                 .map(|_| Triangles::new(&joined.triangles_of_cloth(), settings.block_size, &place)),
             surface: Surface::of(joined, settings, &place, &user),
-            figures: Figure::all_of(joined, &place),
+            figures,
             m,
             inv_m,
+            with_corners,
             user,
             place,
             coarse: None,
@@ -210,7 +215,13 @@ impl<R: Real> Model<R> {
             self.patches = if settings.may_switch() { made.ok() } else { Some(made?) };
         }
         let components = Components::new(self.count, &self.inv_m, network.pairs(&self.place));
-        self.parts = Parts::new(&components, [&self.m, &self.inv_m], self.block_size);
+        let mut led = vec![None; self.count];
+        for (number, figure) in self.figures.iter().enumerate() {
+            for row in figure.rows() {
+                led[row] = Some(number);
+            }
+        }
+        self.parts = Parts::new(&components, [&self.m, &self.inv_m], self.block_size, &led);
         if settings.has_sweeps() {
             self.colours = Some(Colours::new(self.count, self.block_size, network.pairs(&self.place)));
         } else if settings.solves() {
@@ -248,6 +259,23 @@ impl<R: Real> Model<R> {
         matches!(self.parts.all(), [part] if !part.is_held)
     }
 
+    /// 1 / mass (1/kg) of all that a solve of contact moves, 0 pins: free particles, and corners of figures that give way. Gravity, the medium and
+    /// colliders know the free ones alone.
+    pub(crate) fn movable(&self) -> &[R] {
+        if self.with_corners.is_empty() { &self.inv_m } else { &self.with_corners }
+    }
+
+    /// Whether a change of velocity (m/s) takes any corner of a figure off its way.
+    pub(crate) fn gives_way(&self, dv: &[Sixteen<R>]) -> bool {
+        let mut giving = self.figures.iter().flat_map(Figure::giving);
+        giving.any(|(row, _)| dv[row / LANES].get(row % LANES) != Vec3::zeros())
+    }
+
+    /// Whether any corner of a figure may give way.
+    pub(crate) fn has_giving_corners(&self) -> bool {
+        !self.with_corners.is_empty()
+    }
+
     /// Its surface, where parts of it keep a distance.
     pub(crate) fn thick_surface(&self) -> Option<&Surface> {
         self.surface.as_ref().filter(|surface| surface.thickness > 0.0)
@@ -281,6 +309,18 @@ fn count_laws(laws: usize, joints: &[Joint]) -> Vec<u32> {
 /// Mass of the particles that are not pinned (kg).
 fn free_mass<R: Real>(m: &[R], inv_m: &[R]) -> f64 {
     m.iter().zip(inv_m).filter(|(_, inv_m)| **inv_m > R::zero()).map(|(m, _)| m.to_f64()).sum()
+}
+
+/// Inverse masses (1/kg) that those of corners which give way are added to, whose masses (kg) are written into `m`; none where no corner gives way.
+fn with_corners<R: Real>(figures: &[Figure], m: &mut [R], inv_m: &[R]) -> Vec<R> {
+    let mut all = Vec::new();
+    for (row, mass) in figures.iter().flat_map(Figure::giving) {
+        if all.is_empty() {
+            all.extend_from_slice(inv_m);
+        }
+        (m[row], all[row]) = (R::of(mass), R::of(1.0 / mass));
+    }
+    all
 }
 
 /// The inverse of a permutation.

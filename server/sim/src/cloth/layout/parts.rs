@@ -1,4 +1,4 @@
-//! The parts of a cloth that move by themselves: each component that no pin holds, and all that pins hold as one.
+//! The parts of a cloth that move by themselves: each component that no pin holds, all that pins hold as one, and the corners of each figure.
 //!
 //! What a part has is added up piece by piece: a piece is what a block of rows has of a part.
 
@@ -22,7 +22,7 @@ pub(crate) struct Parts {
     /// The part of each row.
     of_row: Vec<u32>,
     all: Vec<Part>,
-    /// The rows that are pinned.
+    /// The rows that are pinned, but for corners of figures.
     pins: Vec<u32>,
 }
 
@@ -32,8 +32,10 @@ pub(crate) struct Part {
     /// Mass of its free rows (kg), and how many they are.
     pub(crate) mass: f64,
     pub(crate) count: u32,
-    /// Whether pins hold it.
+    /// Whether pins or frames hold it.
     pub(crate) is_held: bool,
+    /// How many corners it has, where it is a figure.
+    pub(crate) led: u32,
 }
 
 /// What colliders push a part with in a solve: impulses (N s), and by how much less they give per velocity of the part (kg).
@@ -44,15 +46,20 @@ pub(crate) struct Pushed {
 }
 
 impl Parts {
-    /// From the components of a model, masses of its rows (kg) and their inverses, 0 for pins. Where there are very many, what no pin holds is
-    /// one part: what parts take does not grow with their number.
-    pub(crate) fn new<R: Real>(components: &Components, masses: [&[R]; 2], block_size: usize) -> Self {
+    /// From the components of a model, masses of its rows (kg) and their inverses, 0 for pins, and the number of the figure of which each row is a
+    /// corner. Where there are very many, what no pin holds is one part: what parts take does not grow with their number.
+    pub(crate) fn new<R: Real>(
+        components: &Components,
+        masses: [&[R]; 2],
+        block_size: usize,
+        led: &[Option<usize>],
+    ) -> Self {
         let most = MOST_PER_BLOCK * block_count(components.row_count(), block_size) + MOST_BESIDE;
-        let each = Self::of(components, masses, block_size, |component| component);
+        let each = Self::of(components, masses, block_size, led, |component| component);
         if each.of_piece.len() <= most {
             return each;
         }
-        Self::of(components, masses, block_size, |_| 0)
+        Self::of(components, masses, block_size, led, |_| 0)
     }
 
     /// The same with loose components as one that have the same number.
@@ -60,24 +67,32 @@ impl Parts {
         components: &Components,
         [m, inv_m]: [&[R]; 2],
         block_size: usize,
+        led: &[Option<usize>],
         number: impl Fn(usize) -> usize,
     ) -> Self {
         let rows = components.row_count();
         let mut made = Self::default();
         let (mut of_component, mut held) = (vec![None; components.count()], None);
-        for row in 0..rows {
+        let mut of_figure = vec![None; led.iter().flatten().max().map_or(0, |last| last + 1)];
+        for (row, figure) in led.iter().enumerate().take(rows) {
             let component = components.of_row(row);
             let is_held = components.is_pinned(component);
-            let known = if is_held { &mut held } else { &mut of_component[number(component)] };
+            let known = match figure {
+                Some(figure) => &mut of_figure[*figure],
+                None if is_held => &mut held,
+                None => &mut of_component[number(component)],
+            };
             let part = *known.get_or_insert_with(|| {
                 made.all.push(Part { is_held, ..Part::default() });
                 made.all.len() as u32 - 1
             });
             made.of_row.push(part);
+            let part = &mut made.all[part as usize];
             if inv_m[row] > R::zero() {
-                let part = &mut made.all[part as usize];
                 part.mass += m[row].to_f64();
                 part.count += 1;
+            } else if figure.is_some() {
+                part.led += 1;
             } else {
                 made.pins.push(row as u32);
             }
@@ -104,7 +119,7 @@ impl Parts {
         self.all.iter().any(|part| !part.is_held)
     }
 
-    /// The rows that are pinned.
+    /// The rows that are pinned, but for corners of figures.
     pub(crate) fn pins(&self) -> &[u32] {
         &self.pins
     }
@@ -153,8 +168,8 @@ mod tests {
         let inv_m = [1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0];
         let m = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
         let components = Components::new(7, &inv_m, [[0, 2], [1, 3], [5, 6]].into_iter());
-        let parts = Parts::new(&components, [&m, &inv_m], 4);
-        let part = |mass, count, is_held| Part { mass, count, is_held };
+        let parts = Parts::new(&components, [&m, &inv_m], 4, &[None; 7]);
+        let part = |mass, count, is_held| Part { mass, count, is_held, led: 0 };
         assert_eq!(parts.all(), [part(5.0, 2, false), part(34.0, 2, true), part(16.0, 1, false)]);
         assert_eq!((parts.starts(), parts.pins()), (&[0, 2, 4][..], &[3, 6][..]));
         let pieces: Vec<_> = (0..7).map(|row| parts.piece_of(row / 4, row)).collect();
@@ -165,11 +180,25 @@ mod tests {
     }
 
     #[test]
+    fn corners_of_each_figure_are_a_part_and_no_pins() {
+        // 0 held by the pin 2, 1 and 3 corners of a figure, 4 one of another figure, 5 loose.
+        let inv_m = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let m = [1.0, 9.0, 2.0, 9.0, 9.0, 4.0];
+        let components = Components::new(6, &inv_m, [[0, 2]].into_iter());
+        let led = [None, Some(0), None, Some(0), Some(1), None];
+        let parts = Parts::new(&components, [&m, &inv_m], 4, &led);
+        let part = |mass, count, led| Part { mass, count, is_held: true, led };
+        let loose = Part { is_held: false, ..part(4.0, 1, 0) };
+        assert_eq!(parts.all(), [part(1.0, 1, 0), part(0.0, 0, 2), part(0.0, 0, 1), loose]);
+        assert_eq!(parts.pins(), [2]);
+    }
+
+    #[test]
     fn a_swarm_is_one_part_and_takes_no_more_than_a_sheet() {
         for (count, parts) in [(MOST_BESIDE, MOST_BESIDE), (MOST_BESIDE + 900, 1)] {
             let masses = vec![1.0; count];
             let components = Components::new(count, &masses, std::iter::empty());
-            let made = Parts::new(&components, [&masses, &masses], 256);
+            let made = Parts::new(&components, [&masses, &masses], 256, &vec![None; count]);
             assert_eq!(made.all().len(), parts, "{count} particles");
             assert_eq!(made.all().iter().map(|part| part.count).sum::<u32>(), count as u32);
             let most = MOST_PER_BLOCK * count.div_ceil(256) + MOST_BESIDE;

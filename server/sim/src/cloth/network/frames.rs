@@ -1,7 +1,7 @@
 //! Frames that lead the corners of a figure: where each of them is over time.
 //!
-//! Enters: places of all corners, frame after frame, and how fast frames pass. Leaves: where a corner is at a time, on straight lines
-//! between frames; what is wrong with frames that are to lead so many corners.
+//! Enters: places of all corners, frame after frame, how fast frames pass, and how firm corners are. Leaves: where a corner is at a time, on
+//! straight lines between frames; the mass by which it gives way; what is wrong with frames that are to lead so many corners.
 
 use std::sync::Arc;
 
@@ -10,10 +10,14 @@ use serde::{Deserialize, Serialize};
 use crate::{
     collide::FASTEST,
     math::{
-        array::{length, minus},
+        array::{cross, length, minus},
         four_digits, number,
     },
+    names::names,
 };
+
+/// Pressure (N) on each square metre by which a corner that gives way lies 1 m off its frame (N/m³), where nothing else is said.
+pub const FIRMNESS: f64 = 1e6;
 
 /// What follows the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,18 +29,7 @@ pub enum Repeat {
     Loop,
 }
 
-impl Repeat {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Hold, Self::Loop];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hold => "hold",
-            Self::Loop => "loop",
-        }
-    }
-}
+names!(Repeat { Hold: "hold", Loop: "loop" });
 
 /// Where the corners of a figure are over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +44,8 @@ pub struct Frames {
     pub start: f64,
     /// What follows the last frame.
     pub repeat: Repeat,
+    /// Mass (kg) of each corner that gives way, 0 of one that is a pin; none: all are pins. Shared as places are.
+    pub masses: Arc<[f64]>,
 }
 
 /// Two frames, and the share of the way from one to the other.
@@ -73,6 +68,26 @@ impl Frames {
     pub fn frame(&self, number: usize) -> &[[f32; 3]] {
         let corners = self.corners as usize;
         &self.places[number * corners..(number + 1) * corners]
+    }
+
+    /// The same with corners that give way, by a firmness (N/m³) and in steps of the scene of `dt` (s): each has the mass firmness x area x dt²,
+    /// with a third of the areas of its triangles in the first frame. One without any is a pin.
+    ///
+    /// # Panics
+    /// Where there are no frames, or a triangle names a corner that there is not.
+    #[must_use]
+    pub fn giving_way(self, triangles: &[[u32; 3]], firmness: f64, dt: f64) -> Self {
+        let mut areas = vec![0.0; self.corners as usize];
+        let places = self.frame(0);
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|corner| places[corner as usize].map(f64::from));
+            let area = 0.5 * length(cross(minus(b, a), minus(c, a)));
+            for corner in triangle {
+                areas[*corner as usize] += area / 3.0;
+            }
+        }
+        let masses = areas.iter().map(|area| firmness * area * dt * dt).collect();
+        Self { masses, ..self }
     }
 
     /// The place (m) of each corner at a time (s).
@@ -124,6 +139,15 @@ impl Frames {
         if !self.start.is_finite() || self.start < 0.0 {
             return Some(format!("start at {} s: a finite number from 0 is needed", self.start));
         }
+        if !self.masses.is_empty() && self.masses.len() != points {
+            return Some(format!("have {} masses: one of each point is needed, or none", self.masses.len()));
+        }
+        if let Some(point) = self.masses.iter().position(|mass| !mass.is_finite() || *mass < 0.0) {
+            let mass = self.masses[point];
+            return Some(format!(
+                "have a mass of {mass} kg at point {point}: a finite number from 0 is needed"
+            ));
+        }
         let is_finite = |place: &[f32; 3]| place.iter().all(|c| c.is_finite());
         if let Some(at) = self.places.iter().position(|place| !is_finite(place)) {
             let (frame, point, place) = (at / points, at % points, self.places[at]);
@@ -161,7 +185,7 @@ mod tests {
     /// One corner on the x axis (m), ten frames in a second, from 0.5 s on.
     fn along(places: &[f32], repeat: Repeat) -> Frames {
         let places: Vec<[f32; 3]> = places.iter().map(|x| [*x, 0.0, 1.0]).collect();
-        Frames { places: places.into(), corners: 1, rate: 10.0, start: 0.5, repeat }
+        Frames { places: places.into(), corners: 1, rate: 10.0, start: 0.5, repeat, masses: [].into() }
     }
 
     fn x_at(frames: &Frames, time: f64) -> f64 {
@@ -193,6 +217,22 @@ mod tests {
     }
 
     #[test]
+    fn a_corner_weighs_by_a_third_of_the_areas_about_it_in_the_first_frame() {
+        // A square of 2 m in two triangles, a corner beside it without any, and a second frame that counts for nothing.
+        let first = [[0.0_f32; 3], [2.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 0.0, 2.0], [9.0; 3]];
+        let places = [first, [[0.0; 3]; 5]].concat();
+        let frames = Frames { places: places.into(), corners: 5, ..along(&[0.0], Repeat::Hold) };
+        let giving = frames.giving_way(&[[0, 1, 2], [0, 2, 3]], 300.0, 0.1);
+        let right = [4.0, 2.0, 4.0, 2.0, 0.0];
+        assert!(
+            giving.masses.iter().zip(right).all(|(mass, right)| (mass - right).abs() < 1e-12),
+            "{:?}",
+            giving.masses
+        );
+        assert_eq!(giving.invalid(5), None);
+    }
+
+    #[test]
     fn frames_that_cannot_lead_are_told_with_frame_and_point() {
         let told = |change: &dyn Fn(&mut Frames)| {
             let mut frames = along(&[0.0, 1.0], Repeat::Hold);
@@ -208,6 +248,8 @@ mod tests {
             (told(&|frames| frames.places = Arc::from([[0.0_f32; 3]; 0])), "have 0 places"),
             (told(&|frames| frames.rate = 0.0), "a rate of 0 1/s"),
             (told(&|frames| frames.start = -1.0), "start at -1 s"),
+            (told(&|frames| frames.masses = [1.0; 2].into()), "have 2 masses"),
+            (told(&|frames| frames.masses = [f64::NAN].into()), "a mass of NaN kg at point 0"),
             (told(&fast(f32::NAN)), "frame 1, point 0"),
             (told(&fast(1001.0)), "point 0 at 10010 m/s from frame 0 to frame 1"),
         ] {

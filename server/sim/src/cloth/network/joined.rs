@@ -148,7 +148,8 @@ mod tests {
     #[test]
     fn what_figures_do_among_themselves_does_not_count() {
         let places: Arc<[[f32; 3]]> = [[0.0_f32; 3]; 3].into();
-        let frames = Frames { places, corners: 3, rate: 1.0, start: 0.0, repeat: Repeat::Hold };
+        let frames =
+            Frames { places, corners: 3, rate: 1.0, start: 0.0, repeat: Repeat::Hold, masses: [].into() };
         let figure = Network { frames: Some(frames), ..part(1.0, 3, 0.1) };
         let cloth = part(2.0, 4, 0.2);
         let joined = Joined::of(vec![&cloth, &figure, &figure]);

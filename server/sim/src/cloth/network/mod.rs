@@ -18,7 +18,7 @@ pub(crate) use auto::resolve;
 pub(super) use colours::{Colours, Visit, spread};
 pub(super) use components::{Components, Loose};
 pub use description::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
-pub use frames::{Frames, Repeat};
+pub use frames::{FIRMNESS, Frames, Repeat};
 pub(crate) use joined::Joined;
 pub use thickness::Crossed;
 pub(super) use warnings::{spacing, warnings};

@@ -36,6 +36,11 @@ impl Ladder {
         self.in_a_row = 0;
     }
 
+    /// Forgets calm windows, where something else than the piece ended them.
+    pub(super) fn begin_again(&mut self) {
+        self.in_a_row = 0;
+    }
+
     /// Whether windows can be counted on from here.
     pub(super) fn is_sound(self) -> bool {
         (FIRST..=MOST).contains(&self.needed) && self.in_a_row <= self.needed
@@ -71,6 +76,15 @@ mod tests {
             ladder.fall();
             assert!(!ladder.is_calm());
         }
+    }
+
+    #[test]
+    fn what_something_else_wakes_needs_no_more_windows() {
+        let mut ladder = Ladder::default();
+        windows_to_calm(&mut ladder);
+        ladder.begin_again();
+        assert!(!ladder.is_calm());
+        assert_eq!(windows_to_calm(&mut ladder), 3);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ladder::Ladder;
+use super::{ladder::Ladder, sleep::Sleep};
 use crate::{
     cloth::{layout::Model, network::Components, settings::RestSettings},
     math::{Padded, Real, array3, bytes},
@@ -13,13 +13,11 @@ use crate::{
 };
 
 /// Steps of the scene in a window.
-const WINDOW: u32 = 8;
+pub(super) const WINDOW: u32 = 8;
 /// The share of what the rules divide that a particle may go within a window.
 const SHARE_OF_WAY: f64 = 0.125;
 /// The share of it that half of the changes of a way may add up to over the time that the scene allows.
 const SHARE_OF_CHANGE: f64 = 0.5;
-/// Roundings of a coordinate that half of a change may always have: positions do not tell less.
-const ROUNDINGS: f64 = 4.0;
 
 /// What a piece may do within a window and count as calm.
 #[derive(Clone, Copy, Debug)]
@@ -39,23 +37,23 @@ impl Limits {
         Self {
             way: SHARE_OF_WAY * share,
             change: SHARE_OF_CHANGE * share * (window / rest.within),
-            relative: ROUNDINGS * R::ROUNDING,
+            relative: Watch::<R>::ROUNDINGS * R::ROUNDING,
         }
     }
 }
 
 /// A piece, and what its last whole window told.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
-struct Piece {
+pub(super) struct Piece {
     /// How many particles it has.
     particles: u64,
     /// The farthest that one of them was from where the window began (m).
-    way: f64,
+    pub(super) way: f64,
     /// Half of the largest change of the way of one of them from the window before (m).
     change: f64,
     /// The largest coordinate of one of them (m).
-    coordinate: f64,
-    ladder: Ladder,
+    pub(super) coordinate: f64,
+    pub(super) ladder: Ladder,
 }
 
 impl Piece {
@@ -88,21 +86,29 @@ impl Piece {
 pub(crate) struct Watch<R: Real> {
     /// Positions (m) where the window began, as those of the state.
     #[serde(with = "bytes")]
-    begun: Vec<Padded<R>>,
+    pub(super) begun: Vec<Padded<R>>,
     /// Ways (m) within the window before, from its beginning to its end; 0 where there was none.
     #[serde(with = "bytes")]
-    before: Vec<Padded<R>>,
+    pub(super) before: Vec<Padded<R>>,
     /// Squares of the farthest (m²) that particles were from where the window began.
-    farthest: Vec<f64>,
+    pub(super) farthest: Vec<f64>,
     /// Steps of the window that were taken.
-    taken: u32,
+    pub(super) taken: u32,
     /// In the order of the model's components.
-    pieces: Vec<Piece>,
-    /// What the last whole window told.
-    told: RestReport,
+    pub(super) pieces: Vec<Piece>,
+    /// How it sleeps, all of it or nothing.
+    pub(super) sleep: Sleep,
+    /// The forces (N) with which colliders hold each particle of what sleeps; none of what is awake, or held by none.
+    #[serde(with = "bytes")]
+    pub(super) held: Vec<Padded<R>>,
+    /// What the last whole window told, and how it sleeps.
+    pub(super) told: RestReport,
 }
 
 impl<R: Real> Watch<R> {
+    /// Roundings of a coordinate that half of a change may always have: positions do not tell less.
+    pub(super) const ROUNDINGS: f64 = 4.0;
+
     /// Of a cloth with particles at these positions (m).
     ///
     /// # Panics
@@ -119,13 +125,15 @@ impl<R: Real> Watch<R> {
             farthest: Vec::new(),
             taken: 0,
             pieces,
+            sleep: Sleep::default(),
+            held: Vec::new(),
             told: RestReport::default(),
         };
         watch.begin(x);
         watch
     }
 
-    /// Begins anew from these positions (m): nothing counts as calm.
+    /// Begins anew from these positions (m): nothing counts as calm, nor slept.
     pub(crate) fn begin(&mut self, x: &[Padded<R>]) {
         self.begun.clear();
         self.begun.extend_from_slice(x);
@@ -137,17 +145,18 @@ impl<R: Real> Watch<R> {
         for piece in &mut self.pieces {
             *piece = Piece { particles: piece.particles, ..Piece::default() };
         }
+        self.sleep = Sleep::default();
+        self.held = Vec::new();
         self.told = self.report();
     }
 
-    /// Takes in where particles are (m) after a step of the scene, which is of `dt` (s); gives what the last whole window told.
-    pub(crate) fn look(
-        &mut self,
-        model: &Model<R>,
-        rest: RestSettings,
-        x: &[Padded<R>],
-        dt: f64,
-    ) -> RestReport {
+    /// What the last whole window told, and how it sleeps.
+    pub(crate) fn told(&self) -> RestReport {
+        self.told
+    }
+
+    /// Takes in where particles are (m) after a step of the scene, which is of `dt` (s).
+    pub(crate) fn look(&mut self, model: &Model<R>, rest: RestSettings, x: &[Padded<R>], dt: f64) {
         let fields = (per_row_mut(&mut self.farthest), per_row(&self.begun), per_row(x));
         model.share.own().each(fields, |_, (farthest, begun, x)| keep_farthest(farthest, begun, x));
 
@@ -156,7 +165,6 @@ impl<R: Real> Watch<R> {
             self.end_window(components_of(model), x, Limits::of::<R>(rest, dt));
             self.told = self.report();
         }
-        self.told
     }
 
     /// Judges every piece by the window that ends at these positions (m), and begins the next one there.
@@ -194,16 +202,26 @@ impl<R: Real> Watch<R> {
                 && piece.ladder.is_sound()
         };
         [self.begun.len(), self.before.len(), self.farthest.len()] == [count; 3]
-            && self.begun.iter().chain(&self.before).all(is_row)
+            && self.held.len() <= count
+            && self.begun.iter().chain(&self.before).chain(&self.held).all(is_row)
             && self.farthest.iter().copied().all(is_length)
             && self.taken < WINDOW
             && self.pieces.len() == other.pieces.len()
             && self.pieces.iter().zip(&other.pieces).all(is_piece)
-            && [self.told.way, self.told.change].into_iter().all(is_length)
+            && self.sleep.is_sound()
+            && [self.told.way, self.told.change, self.told.told].into_iter().all(is_length)
     }
 
-    fn report(&self) -> RestReport {
-        let mut told = RestReport { pieces: self.pieces.len() as u64, ..RestReport::default() };
+    pub(super) fn report(&self) -> RestReport {
+        let (long_steps, wakes, wake) = self.sleep.counts();
+        let mut told = RestReport {
+            pieces: self.pieces.len() as u64,
+            told: self.sleep.told(),
+            long_steps,
+            wakes,
+            wake,
+            ..RestReport::default()
+        };
         for piece in &self.pieces {
             told.particles += piece.particles;
             if piece.ladder.is_calm() {
@@ -212,6 +230,9 @@ impl<R: Real> Watch<R> {
             }
             told.way = told.way.max(piece.way);
             told.change = told.change.max(piece.change);
+        }
+        if self.sleep.is_asleep() {
+            (told.particles_asleep, told.pieces_asleep) = (told.particles, told.pieces);
         }
         told
     }

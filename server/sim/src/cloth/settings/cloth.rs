@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{integrator::Integrator, rest::RestSettings, surface::SurfaceSettings};
 use crate::{
     linalg::{AtCap, PreconditionerKind, SolverSettings, Stop},
+    names::names,
     time_step::TimeStep,
 };
 
@@ -27,19 +28,9 @@ pub enum Hessian {
     Absolute,
 }
 
+names!(Hessian { Full: "full", Clamped: "clamped", Absolute: "absolute" });
+
 impl Hessian {
-    /// Every treatment, from the exact one to the safest.
-    pub const ALL: [Self; 3] = [Self::Full, Self::Clamped, Self::Absolute];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Clamped => "clamped",
-            Self::Absolute => "absolute",
-        }
-    }
-
     /// What the ratio 1 - l0/l is multiplied by where that makes it greater.
     pub(crate) fn mirror(self) -> f64 {
         match self {
@@ -64,20 +55,12 @@ pub enum MinimizerKind {
     VertexBlockDescent,
 }
 
-impl MinimizerKind {
-    /// Every way, that of a scene which names none first.
-    pub const ALL: [Self; 4] = [Self::Auto, Self::OneStep, Self::Newton, Self::VertexBlockDescent];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::OneStep => "one_step",
-            Self::Newton => "newton",
-            Self::VertexBlockDescent => "vertex_block_descent",
-        }
-    }
-}
+names!(MinimizerKind {
+    Auto: "auto",
+    OneStep: "one_step",
+    Newton: "newton",
+    VertexBlockDescent: "vertex_block_descent",
+});
 
 /// How the minimisation that an implicit step stands for is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -161,23 +144,12 @@ pub enum OnPass {
     Reject,
 }
 
-impl OnPass {
-    /// Every answer, the milder first.
-    pub const ALL: [Self; 2] = [Self::Warn, Self::Reject];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Warn => "warn",
-            Self::Reject => "reject",
-        }
-    }
-}
+names!(OnPass { Warn: "warn", Reject: "reject" });
 
 /// When a cloth's state counts as having left what the scene allows.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct StateLimits {
-    /// Largest length over rest length of any spring.
+    /// Largest length over rest length of any spring, and of any triangle of a membrane along its threads.
     pub max_stretch: Option<f64>,
     /// Largest kinetic plus elastic energy (J).
     pub max_energy: Option<f64>,
@@ -205,7 +177,7 @@ pub struct ClothSettings {
     pub contact: SurfaceSettings,
     /// When the state counts as diverged; none by default.
     pub limits: StateLimits,
-    /// When pieces of it count as calm; none: nothing is watched. No step depends on it.
+    /// When pieces of it count as calm, and whether it sleeps then; none: nothing is watched.
     pub rest: Option<RestSettings>,
     /// Particles per block: the unit of parallel work and of sums. A power of two, 32 to 4096.
     /// Part of the scene: results depend on it, never on the number of threads.

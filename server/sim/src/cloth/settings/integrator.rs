@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::BoundKind;
+use crate::{names::names, report::BoundKind};
 
 /// How positions and velocities are advanced by a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -23,31 +23,17 @@ pub enum Integrator {
     Bdf2,
 }
 
+names!(Integrator {
+    ExplicitEuler: "explicit_euler",
+    SymplecticEuler: "symplectic_euler",
+    VelocityVerlet: "velocity_verlet",
+    VelocityVerletPredicted: "velocity_verlet_pc",
+    ImplicitEuler: "implicit_euler",
+    ImplicitMidpoint: "implicit_midpoint",
+    Bdf2: "bdf2",
+});
+
 impl Integrator {
-    /// Every integrator, explicit ones first.
-    pub const ALL: [Self; 7] = [
-        Self::ExplicitEuler,
-        Self::SymplecticEuler,
-        Self::VelocityVerlet,
-        Self::VelocityVerletPredicted,
-        Self::ImplicitEuler,
-        Self::ImplicitMidpoint,
-        Self::Bdf2,
-    ];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ExplicitEuler => "explicit_euler",
-            Self::SymplecticEuler => "symplectic_euler",
-            Self::VelocityVerlet => "velocity_verlet",
-            Self::VelocityVerletPredicted => "velocity_verlet_pc",
-            Self::ImplicitEuler => "implicit_euler",
-            Self::ImplicitMidpoint => "implicit_midpoint",
-            Self::Bdf2 => "bdf2",
-        }
-    }
-
     /// Order of convergence in the time step without damping. Plain velocity Verlet has order 1
     /// with damping, since it takes the end force at the velocity of the middle.
     pub const fn order(self) -> u32 {

@@ -13,6 +13,8 @@ pub struct RestSettings {
     pub error: f64,
     /// Time (s) over which the error may add up, above 0.
     pub within: f64,
+    /// Whether what is calm sleeps; else it is watched, and no step depends on it.
+    pub sleep: bool,
 }
 
 impl RestSettings {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::names::names;
+
 /// Whether edges that cross triangles are counted at the end of each sub-step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum SurfaceCheck {
@@ -12,18 +14,7 @@ pub enum SurfaceCheck {
     Count,
 }
 
-impl SurfaceCheck {
-    /// Both, the one that costs nothing first.
-    pub const ALL: [Self; 2] = [Self::Off, Self::Count];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Count => "count",
-        }
-    }
-}
+names!(SurfaceCheck { Off: "off", Count: "count" });
 
 /// How surfaces of cloth meet each other; the distance that they keep is the body's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

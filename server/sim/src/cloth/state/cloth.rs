@@ -103,6 +103,8 @@ pub struct State<R: Real> {
     pub dv: Vec<Sixteen<R>>,
     /// Pins on their way, in the order of their particles.
     pub motions: Vec<PinMotion>,
+    /// When the frames of figures began (s): 0, or at the last reset.
+    pub(crate) led_since: f64,
     /// For integrators that know of the step before.
     pub past: Past<R>,
     /// What explicit steps gained.
@@ -120,6 +122,7 @@ impl<R: Real> State<R> {
         size(&mut self.v, other.v.len());
         size(&mut self.dv, other.dv.len());
         self.motions.clone_from(&other.motions);
+        self.led_since = other.led_since;
         self.gain = other.gain;
         self.since_cap = other.since_cap;
         self.kept.follow(&other.kept);
@@ -153,18 +156,14 @@ impl<R: Real> State<R> {
         has_changed
     }
 
-    /// Gives rows that frames lead the velocity that brings them in `dt` (s) to where they are to be then (m); says whether that changes any.
-    pub(crate) fn lead(&mut self, corners: impl Iterator<Item = (usize, [f64; 3])>, dt: f64) -> bool {
-        let mut has_changed = false;
+    /// Gives rows that frames lead the velocity that brings them in `dt` (s) to where they are to be then (m).
+    pub(crate) fn lead(&mut self, corners: impl Iterator<Item = (usize, [f64; 3])>, dt: f64) {
         for (row, place) in corners {
             // What stands there, as numbers of the state have it, stays.
             let to: Vec3<R> = vec3(place);
             let way = to.map(R::to_f64) - self.x[row].vector().map(R::to_f64);
-            let v = Padded::new(&(way / dt).map(R::of));
-            has_changed |= v != self.v[row];
-            self.v[row] = v;
+            self.v[row] = Padded::new(&(way / dt).map(R::of));
         }
-        has_changed
     }
 
     /// Gives pins the velocity with which they begin the next sub-step, of which the length is not known yet; says whether that

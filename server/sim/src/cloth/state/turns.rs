@@ -3,26 +3,32 @@
 use super::cloth::{PinMotion, State};
 use crate::math::{Padded, Real};
 
-/// Pins on their way, and the velocities of all rows that are led, to return to.
+/// Pins on their way, corners of figures, and their velocities, to return to.
 #[derive(Clone, Debug, Default)]
 struct Pins<R: Real> {
     motions: Vec<PinMotion>,
-    velocities: Vec<(u32, Padded<R>)>,
+    velocities: Vec<Padded<R>>,
+    /// The row of each corner, with its velocity.
+    corners: Vec<(usize, Padded<R>)>,
 }
 
 impl<R: Real> Pins<R> {
-    /// Keeps them beside those of the rows that frames lead.
-    fn keep(&mut self, state: &State<R>, led: impl Iterator<Item = u32>) {
+    /// Keeps those of a state, with the rows of corners.
+    fn keep(&mut self, state: &State<R>, corners: impl Iterator<Item = usize>) {
         self.motions.clone_from(&state.motions);
-        let rows = state.motions.iter().map(|motion| motion.particle).chain(led);
         self.velocities.clear();
-        self.velocities.extend(rows.map(|row| (row, state.v[row as usize])));
+        self.velocities.extend(state.motions.iter().map(|motion| state.v[motion.particle as usize]));
+        self.corners.clear();
+        self.corners.extend(corners.map(|row| (row, state.v[row])));
     }
 
     fn restore(&self, state: &mut State<R>) {
         state.motions.clone_from(&self.motions);
-        for (row, v) in &self.velocities {
-            state.v[*row as usize] = *v;
+        for (motion, v) in self.motions.iter().zip(&self.velocities) {
+            state.v[motion.particle as usize] = *v;
+        }
+        for (row, v) in &self.corners {
+            state.v[*row] = *v;
         }
     }
 }
@@ -42,15 +48,15 @@ pub(crate) struct Turns<R: Real> {
 }
 
 impl<R: Real> Turns<R> {
-    /// Begins a step from a state, of which frames lead some rows.
-    pub(crate) fn begin(&mut self, state: &State<R>, led: impl Iterator<Item = u32>) {
+    /// Begins a step from a state, in which corners of figures have these rows.
+    pub(crate) fn begin(&mut self, state: &State<R>, corners: impl Iterator<Item = usize>) {
         self.has_moved = false;
-        self.pins.keep(state, led);
+        self.pins.keep(state, corners);
     }
 
-    /// Begins a sub-step from a state, before its pins are aimed and its corners of figures are led.
-    pub(crate) fn begin_substep(&mut self, state: &State<R>, led: impl Iterator<Item = u32>) {
-        self.pins_of_substep.keep(state, led);
+    /// Begins a sub-step from a state, before its pins are aimed and its corners are led.
+    pub(crate) fn begin_substep(&mut self, state: &State<R>, corners: impl Iterator<Item = usize>) {
+        self.pins_of_substep.keep(state, corners);
     }
 
     /// Makes room for what a sub-step from `state` writes, without touching what `undo` needs; of two states where

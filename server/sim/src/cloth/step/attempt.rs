@@ -4,10 +4,12 @@ use crate::{
     cloth::{
         contact::Count,
         evaluate::{Allowance, Common, Judged, PartSums, Start},
+        layout::{Model, Yield},
         state::ClothReport,
     },
     collide::{Kept, Met},
     linalg::SolveReport,
+    math::Real,
     report::SurfaceReport,
 };
 
@@ -37,6 +39,15 @@ impl Attempt {
     pub(super) fn begin(&mut self) {
         self.report = ClothReport::default();
         self.contacts.begin();
+    }
+
+    /// Takes over how far corners of figures are off their frames at the end of the sub-step that is tried.
+    pub(super) fn tell<R: Real>(&mut self, model: &Model<R>, off: &Yield) {
+        let ClothReport { surface, notices, .. } = &mut self.tried;
+        let tried = surface.unwrap_or_default();
+        *surface = Some(SurfaceReport { yield_m: off.farthest, yielding: off.count, ..tried });
+        notices.yielding_count = off.count;
+        notices.first_yielding = off.first.map(|row| u64::from(model.user[row]));
     }
 
     /// Adds what an accepted sub-step has to tell.

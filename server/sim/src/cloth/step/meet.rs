@@ -44,6 +44,7 @@ impl<R: Real> Stepping<'_, R> {
             allowed.given += given;
         }
         attempt.judged = match attempt.allowed {
+            Some(allowed) if allowed.judged == Judged::No => Judged::No,
             Some(allowed) if met.touched == 0 => allowed.owes.into(),
             _ => (met.touched == 0 || met.inside == 0).into(),
         };

@@ -11,6 +11,7 @@ use crate::{
         state::{State, Turns},
     },
     math::Real,
+    report::Work,
 };
 
 /// Scratch memory of one cloth under one set of settings: a step allocates nothing after the first two, which make the
@@ -44,14 +45,14 @@ impl<R: Real> StepMemory<R> {
 
     /// Begins a step from a state.
     pub(super) fn begin(&mut self, model: &Model<R>, state: &State<R>) {
-        self.turns.begin(state, led(model));
+        self.turns.begin(state, model.figures.iter().flat_map(Figure::rows));
         self.attempt.begin();
         (self.evaluated.evaluation.runs, self.solver.products) = (0, 0);
     }
 
     /// Begins a sub-step from a state, before its pins are aimed.
     pub(super) fn begin_substep(&mut self, model: &Model<R>, state: &State<R>) {
-        self.turns.begin_substep(state, led(model));
+        self.turns.begin_substep(state, model.figures.iter().flat_map(Figure::rows));
         self.solver.solves = 0;
     }
 
@@ -71,6 +72,16 @@ impl<R: Real> StepMemory<R> {
     pub(crate) fn undo(&mut self, state: &mut State<R>) {
         self.turns.undo(state);
         self.forget();
+    }
+
+    /// The state before the step, once a sub-step was accepted.
+    pub(crate) fn before(&self) -> &State<R> {
+        self.turns.before()
+    }
+
+    /// What the step has cost so far.
+    pub(crate) fn work(&self) -> Work {
+        Work { force_evaluations: self.evaluated.evaluation.runs, matrix_products: self.solver.products }
     }
 
     /// The largest error (m) of the sub-step that was tried last.
@@ -93,9 +104,4 @@ impl<R: Real> StepMemory<R> {
     pub(crate) fn set_forces(&mut self, model: &Model<R>, forces: impl Iterator<Item = (u32, [f64; 3])>) {
         self.evaluated.set_forces(model, forces);
     }
-}
-
-/// The rows that frames lead.
-fn led<R: Real>(model: &Model<R>) -> impl Iterator<Item = u32> {
-    model.figures.iter().flat_map(Figure::rows)
 }

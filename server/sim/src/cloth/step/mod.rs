@@ -7,6 +7,8 @@ mod attempt;
 mod memory;
 mod stepping;
 mod meet;
+mod long;
+mod tasks;
 
 pub(crate) use memory::StepMemory;
 pub(crate) use stepping::Stepping;

@@ -11,7 +11,7 @@ use crate::{
             After, Before, Found, accept, cause, falls_short, fastest, gain_limit, gained, judge, owed,
             risen_most, rounding, start_of,
         },
-        layout::{Model, Parameters},
+        layout::{Model, Parameters, Yield},
         settings::{ClothSettings, Integrator, Purpose, Scheme, SurfaceCheck},
         state::{ClothReport, State},
     },
@@ -20,7 +20,6 @@ use crate::{
     math::Real,
     report::{
         BoundKind, Diagnostics, ErrorEstimate, Load, Stage, StepFailure, Stopwatch, SurfaceReport, TimeBound,
-        Work,
     },
     sub_step::SubStep,
     surroundings::Surroundings,
@@ -104,7 +103,7 @@ impl<R: Real> Stepping<'_, R> {
     }
 
     /// Takes over parameters and surroundings for a sub-step.
-    fn refresh(&mut self, sub_step: SubStep) {
+    pub(super) fn refresh(&mut self, sub_step: SubStep) {
         let lengths = (sub_step, self.state.past.dt);
         let numbers = &mut self.memory.evaluated.numbers;
         if numbers.refresh(self.model, self.parameters, self.settings, self.around, lengths) {
@@ -142,12 +141,13 @@ impl<R: Real> Stepping<'_, R> {
     /// Gives pins on their way, and corners of figures, the velocity that they have in a sub-step.
     fn lead(&mut self, sub_step: SubStep) {
         let (asked, dt) = (self.settings.time_step.asked(self.around.dt), sub_step.dt);
-        let mut has_changed = self.state.aim_pins(&self.model.share, asked, dt / asked);
-        let corners = self.model.figures.iter().flat_map(|figure| figure.at(sub_step.end));
-        has_changed |= self.state.lead(corners, dt);
-        if has_changed {
+        if self.state.aim_pins(&self.model.share, asked, dt / asked) {
             self.memory.forget();
         }
+        // No spring, no air and no energy knows the velocities of corners: what was evaluated stands.
+        let led_for = sub_step.end - self.state.led_since;
+        let corners = self.model.figures.iter().flat_map(|figure| figure.at(led_for));
+        self.state.lead(corners, dt);
     }
 
     /// Computes where a sub-step leads, and judges it; what energy it may have, where that is judged.
@@ -239,7 +239,7 @@ impl<R: Real> Stepping<'_, R> {
     }
 
     /// The sub-step that is tried, for its integrator.
-    fn step<'b>(&'b mut self, watch: &'b mut dyn Stopwatch) -> Step<'b, R> {
+    pub(super) fn step<'b>(&'b mut self, watch: &'b mut dyn Stopwatch) -> Step<'b, R> {
         let (model, state) = (self.model, &*self.state);
         let StepMemory { turns, evaluated, solver, vectors, contact, attempt } = &mut *self.memory;
         let Attempt { start, common, of_parts, contacts, .. } = attempt;
@@ -294,6 +294,10 @@ impl<R: Real> Stepping<'_, R> {
             let tried = &mut attempt.tried.surface;
             *tried = Some(SurfaceReport { crossings, ..tried.unwrap_or_default() });
         }
+        if model.has_giving_corners() {
+            let led_for = evaluated.numbers.sub_step.end - self.state.led_since;
+            attempt.tell(model, &Yield::of(&model.figures, &self.state.x, led_for));
+        }
         let stands = self.state.rest_pins();
         if !evaluated.is_current(Purpose::of(settings)) || stands {
             evaluated.evaluate(model, Purpose::of(settings), self.state);
@@ -337,9 +341,8 @@ impl<R: Real> Stepping<'_, R> {
         let failure = judge(self.model, [turns.before(), self.state], &diagnostics, self.settings);
         let failure = failure.or_else(|| self.judge_gain());
         watch.lap(Stage::Force);
-        let StepMemory { evaluated, solver, attempt, .. } = &*self.memory;
-        let report = &attempt.report;
-        let work = Work { force_evaluations: evaluated.evaluation.runs, matrix_products: solver.products };
+        let report = &self.memory.attempt.report;
+        let work = self.memory.work();
         let diagnostics = Diagnostics { external_work: report.external_work, ..diagnostics };
         failure.map_or(Ok(ClothReport { diagnostics, work, ..*report }), Err)
     }

@@ -8,6 +8,7 @@ use super::{
     motion::{Bounds, Way},
     shape::Shape,
 };
+use crate::names::names;
 
 /// What happens to the velocity of snow at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -21,19 +22,7 @@ pub enum Contact {
     Separating,
 }
 
-impl Contact {
-    /// Every contact, the strongest hold first.
-    pub const ALL: [Self; 3] = [Self::Sticky, Self::Slip, Self::Separating];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sticky => "sticky",
-            Self::Slip => "slip",
-            Self::Separating => "separating",
-        }
-    }
-}
+names!(Contact { Sticky: "sticky", Slip: "slip", Separating: "separating" });
 
 /// What becomes of cloth and snow that begin inside a collider, when a scene is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -47,19 +36,7 @@ pub enum StartInside {
     Lift,
 }
 
-impl StartInside {
-    /// All of them, the mildest first.
-    pub const ALL: [Self; 3] = [Self::Warn, Self::Refuse, Self::Lift];
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Warn => "warn",
-            Self::Refuse => "refuse",
-            Self::Lift => "lift",
-        }
-    }
-}
+names!(StartInside { Warn: "warn", Refuse: "refuse", Lift: "lift" });
 
 /// Share of a ball's radius that rounding of a distance may take.
 const CLEARANCE_ROUNDING: f64 = 1e-9;

@@ -88,7 +88,7 @@ impl<R: Real> CgWorkspace<R> {
 /// do. Where the very first direction has a curvature that is not positive, it is followed for r.z over the sum of the
 /// magnitudes of its curvature's terms: a step of steepest descent. It ends with
 ///
-/// - [`Outcome::Converged`] when the residual, computed from `x`, met the tolerance, or when it is as small as the
+/// - [`Outcome::Converged`] when the residual, computed from `x`, met the tolerance or the floor, or when it is as small as the
 ///   precision lets it become: the recursion is below a rounding of b, or a new start from `x` did not halve it;
 /// - [`Outcome::IterationCap`] at the cap, or when the operator is interrupted;
 /// - the other outcomes as they say. After [`Outcome::NotFinite`] `x` may hold numbers that are not finite.
@@ -141,7 +141,8 @@ pub fn conjugate_gradient<R: Real>(
         clear(share.own(), x);
         start
     };
-    let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
+    let residual = (tolerance * scale).max(settings.floor);
+    let goal = Goal { residual, is_rounding: tolerance <= R::ROUNDING, cap };
     let (outcome, iterations, residual) = solve.runs(first, &goal, x);
     let products = solve.products;
     SolveReport { iterations, products, residual, ..SolveReport::at_once(outcome, residual / scale) }

@@ -7,6 +7,7 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 
 use crate::{
     interrupt,
+    linalg::rows::filed,
     math::{Vec3, vec3},
 };
 
@@ -32,22 +33,7 @@ impl Links {
     ) -> Self {
         let size = block_size as u32;
         let within = pairs.filter(|[i, j]| i != j && i / size == j / size).inspect(|_| interrupt::point());
-        let mut starts = vec![0; count + 1];
-        for [i, j] in within.clone() {
-            starts[i as usize + 1] += 1;
-            starts[j as usize + 1] += 1;
-        }
-        for i in 0..count {
-            starts[i + 1] += starts[i];
-        }
-        let mut others = vec![0; starts[count] as usize];
-        let mut next = starts.clone();
-        for [i, j] in within {
-            for [from, to] in [[i, j], [j, i]] {
-                others[next[from as usize] as usize] = to;
-                next[from as usize] += 1;
-            }
-        }
+        let [starts, others] = filed(count, within);
         Self { starts, others }
     }
 

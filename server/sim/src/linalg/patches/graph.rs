@@ -1,6 +1,6 @@
 //! Which of some numbered things are joined: each pair both ways and once, others in ascending order.
 
-use crate::interrupt;
+use crate::{interrupt, linalg::rows::filed};
 
 /// An undirected graph in compressed rows; nothing is joined to itself.
 #[derive(Clone, Debug, Default)]
@@ -13,22 +13,7 @@ impl Graph {
     /// From pairs, in any order and some more than once.
     pub(super) fn new(count: usize, pairs: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
         let apart = pairs.filter(|[i, j]| i != j).inspect(|_| interrupt::point());
-        let mut starts = vec![0_u32; count + 1];
-        for [i, j] in apart.clone() {
-            starts[i as usize + 1] += 1;
-            starts[j as usize + 1] += 1;
-        }
-        for i in 0..count {
-            starts[i + 1] += starts[i];
-        }
-        let mut all = vec![0; starts[count] as usize];
-        let mut next = starts.clone();
-        for [i, j] in apart {
-            for [from, to] in [[i, j], [j, i]] {
-                all[next[from as usize] as usize] = to;
-                next[from as usize] += 1;
-            }
-        }
+        let [starts, mut all] = filed(count, apart);
 
         let (mut once, mut others) = (vec![0], Vec::new());
         for i in 0..count {

@@ -3,7 +3,7 @@
 use super::{
     across::All,
     dense::height,
-    plan::Plan,
+    plan::{Front, Plan},
     singles::{Singles, flat, flat_mut},
     sizes::{Size, Sizes},
 };
@@ -34,6 +34,30 @@ impl Factors<'_> {
         self.backward(root as u32, self.panels, vectors);
     }
 
+    /// Goes through the fronts below one, by their panels and vectors: through two at a time where there is enough to do.
+    fn each_child(
+        self,
+        front: &Front,
+        panels: &[Singles],
+        vectors: &mut [Singles],
+        go: fn(Self, u32, &[Singles], &mut [Singles]),
+    ) {
+        match front.children[..] {
+            [only] => go(self, only, panels, vectors),
+            [left, right] => {
+                let (of_left, of_right) = panels.split_at(self.sizes.panels_below(self.plan(), left));
+                let (to_left, to_right) = vectors.split_at_mut(self.sizes.vectors_below(self.plan(), left));
+                if front.is_heavy {
+                    join(|| go(self, left, of_left, to_left), || go(self, right, of_right, to_right));
+                } else {
+                    go(self, left, of_left, to_left);
+                    go(self, right, of_right, to_right);
+                }
+            }
+            _ => {}
+        }
+    }
+
     /// From the leaves to a front: L⁻¹ b, and what it takes from the rows of its border. Panels and vectors are those of
     /// the front and those below it.
     fn forward(self, number: u32, panels: &[Singles], vectors: &mut [Singles]) {
@@ -41,20 +65,7 @@ impl Factors<'_> {
         let Size { rows, pivots, .. } = self.sizes.fronts[number as usize];
         let (below, w) = vectors.split_at_mut(vectors.len() - height(rows));
         let (panels, panel) = panels.split_at(panels.len() - pivots * height(rows));
-        match front.children[..] {
-            [only] => self.forward(only, panels, below),
-            [left, right] => {
-                let (of_left, of_right) = panels.split_at(self.sizes.panels_below(self.plan(), left));
-                let (to_left, to_right) = below.split_at_mut(self.sizes.vectors_below(self.plan(), left));
-                if front.is_heavy {
-                    join(|| self.forward(left, of_left, to_left), || self.forward(right, of_right, to_right));
-                } else {
-                    self.forward(left, of_left, to_left);
-                    self.forward(right, of_right, to_right);
-                }
-            }
-            _ => {}
-        }
+        self.each_child(front, panels, below, Self::forward);
 
         w.fill(Singles::ZERO);
         let numbers = flat_mut(w);
@@ -96,23 +107,7 @@ impl Factors<'_> {
                 asked[start..end].copy_from_slice(&known[from..from + end - start]);
             }
         }
-        match front.children[..] {
-            [only] => self.backward(only, panels, below),
-            [left, right] => {
-                let (of_left, of_right) = panels.split_at(self.sizes.panels_below(self.plan(), left));
-                let (to_left, to_right) = below.split_at_mut(self.sizes.vectors_below(self.plan(), left));
-                if front.is_heavy {
-                    join(
-                        || self.backward(left, of_left, to_left),
-                        || self.backward(right, of_right, to_right),
-                    );
-                } else {
-                    self.backward(left, of_left, to_left);
-                    self.backward(right, of_right, to_right);
-                }
-            }
-            _ => {}
-        }
+        self.each_child(front, panels, below, Self::backward);
     }
 }
 

@@ -45,6 +45,11 @@ impl<R: Real> MaterialConstants<R> {
         let (mu, lambda) = (R::of(material.mu()), R::of(material.lambda()));
         Self([mu, lambda, hardening, lowest, highest, least_ratio, greatest_ratio, neo_hookean])
     }
+
+    /// Whether no stretch makes it yield.
+    pub(crate) fn is_elastic(&self) -> bool {
+        self.0[4] >= R::of(R::LARGEST)
+    }
 }
 
 impl<P: Pack> Moduli<P> {

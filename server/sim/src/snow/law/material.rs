@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::names::names;
+
 /// How elastic energy depends on the deformation gradient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Law {
@@ -13,20 +15,11 @@ pub enum Law {
     NeoHookean,
 }
 
-impl Law {
-    /// Every law, in the order of the variants.
-    pub const ALL: [Self; 2] = [Self::FixedCorotated, Self::NeoHookean];
+names!(Law { FixedCorotated: "fixed_corotated", NeoHookean: "neo_hookean" });
 
+impl Law {
     /// Volume ratio below which the logarithm of the Neo-Hookean law is replaced by its tangent.
     pub const MIN_J: f64 = 1e-3;
-
-    /// Its name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::FixedCorotated => "fixed_corotated",
-            Self::NeoHookean => "neo_hookean",
-        }
-    }
 }
 
 /// Yield and hardening of snow (Stomakhin et al. 2013, section 5).

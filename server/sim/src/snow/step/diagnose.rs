@@ -33,7 +33,7 @@ pub struct SnowStep {
     pub contact_count: u64,
     /// The last linear solve of a semi-implicit run.
     pub solve: Option<SolveReport>,
-    /// Particles that went through a collider, over all steps of the snow.
+    /// Particles that went through a collider, over all steps of the snow, and those that are torn.
     pub notices: Notices,
     /// What the steps of the snow cost.
     pub work: Work,
@@ -194,12 +194,12 @@ impl<R: Real> WithSimd<R> for ElasticEnergy<'_, R> {
 }
 
 /// Everything that a step of the world tells but for energies and momentum: `substeps` steps of the
-/// snow were taken, the last of them of `dt` (s).
+/// snow were taken, the last of them of `dt` (s), and so many particles are torn.
 pub(crate) fn report<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,
-    (substeps, dt): (u32, f64),
+    (substeps, dt, torn_count): (u32, f64, u64),
     sums: &SnowSums,
     (colliders, times): (&[Collider], [f64; 2]),
 ) -> SnowReport {
@@ -227,6 +227,7 @@ pub(crate) fn report<R: Real>(
         clamped_count: counts[1],
         inverted_count: counts[2],
         ballistic_count: counts[3],
+        torn_count,
         plastic_ratio_range: [low, high],
         max_speed: work.extremes.speed2.sqrt(),
         dropped_momentum: work.grid_diagnostics.dropped,

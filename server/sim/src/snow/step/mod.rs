@@ -10,6 +10,7 @@ mod failure;
 mod time_step;
 mod order;
 mod diagnose;
+mod torn;
 mod push;
 
 pub use diagnose::SnowStep;
@@ -25,6 +26,7 @@ use self::{
     order::renew_order,
     push::push,
     time_step::Division,
+    torn::{Torn, torn},
 };
 use super::{
     book::Taken,
@@ -95,7 +97,8 @@ pub fn step<R: Real>(
     }
 
     let sums = sums(model, &state.particles, around.gravity, work);
-    let taken = (division.substeps, division.dt);
+    let Torn { all, elastic, first } = torn(model, &state.particles, work);
+    let taken = (division.substeps, division.dt, all);
     let times = [around.time, around.time + around.dt];
     let report = report(model, state, work, taken, &sums, (around.colliders, times));
     watch.lap(Stage::Diagnose);
@@ -114,6 +117,7 @@ pub fn step<R: Real>(
     let contact_count = work.grid_diagnostics.contacts;
     let diagnostics = Diagnostics { external_work: work.totals.external, ..sums.diagnostics };
     let Totals { notices, spent, .. } = work.totals;
+    let notices = Notices { torn_count: elastic, first_torn: first, ..notices };
     Ok(SnowStep { diagnostics, report, contact_count, solve, notices, work: spent })
 }
 

@@ -52,7 +52,7 @@ impl<'a> Division<'a> {
         state: &mut SnowState<R>,
         work: &SnowWorkspace<R>,
     ) -> Result<StepContext<'a>, StepFailure> {
-        let Surroundings { gravity, wind, colliders, time, dt, interrupt } = *self.around;
+        let Surroundings { gravity, wind, colliders, time, dt, interrupt, .. } = *self.around;
         if interrupt.is_requested() {
             return Err(StepFailure::Interrupted);
         }

@@ -20,6 +20,7 @@ use crate::{
     math::{Columns, LANES, Pack, Real, WithSimd, dispatch},
     parallel::{Own, between_mut, per_block_mut, several_between_mut},
     snow::{
+        attached::Attached,
         bound::extremes,
         grid::{Grid, Sorter, codes},
         law::{Deformed, MaterialConstants, Moduli, deform, predict, undeformed},
@@ -54,7 +55,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
     grid: &Grid<R>,
     (diagnostics, given, loads): Told<'_>,
 ) {
-    let SnowModel { settings, materials, .. } = model;
+    let SnowModel { settings, materials, attached, .. } = model;
     let h = settings.cell;
     let scale = InterpolationScale::of(settings, settings.transfer.flip_share(context.sub_step.dt));
     let particles = particles.share();
@@ -109,6 +110,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                 arrivals: &arrivals,
                 particles: &particles,
                 materials,
+                attached,
                 dt: R::of(context.sub_step.dt),
                 inverse_cell: R::of(1.0 / h),
                 ballistic_below: R::of(settings.ballistic_below),
@@ -179,6 +181,7 @@ pub(crate) struct Update<'a, 'b, R> {
     pub(crate) arrivals: &'a [Arrival<R>; TOGETHER],
     pub(crate) particles: &'a SharedParticles<'b, R>,
     pub(crate) materials: &'a [MaterialConstants<R>],
+    pub(crate) attached: &'a Attached<R>,
     /// Time step (s); 1 / h (1/m); density on the grid over own, below which a particle is ballistic.
     pub(crate) dt: R,
     pub(crate) inverse_cell: R,
@@ -272,7 +275,11 @@ impl<R: Real> Update<'_, '_, R> {
         let ([x, y, z], mass) = self.motions[k].x_and_mass::<P>();
         let (v, drift) = (load3(&arrival.v), load3::<P>(&arrival.drift));
         let c = load9(&arrival.c);
-        let position = [x + dt * drift[0], y + dt * drift[1], z + dt * drift[2]];
+        let mut position = [x + dt * drift[0], y + dt * drift[1], z + dt * drift[2]];
+        if self.deformation == Deformation::Step && !self.attached.is_empty() {
+            let ids = group.at.map(|at| self.particles.id[at as usize]);
+            position = self.attached.hold(&ids[..group.count], &new.elastic, position);
+        }
         let ballistic = self.ballistic(k, volume);
         let c = still(&c, ballistic);
         let mut v0_tau = new.volume_stress;

@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     cloth::{
-        self, ClothReport, ClothSettings, Gain, Joined, LawEntry, Model, Parameters, PathPoint, PinMotion,
-        State, StepMemory, Stepping, Watch,
+        self, ClothReport, ClothSettings, Gain, Joined, LawEntry, Model, Parameters, PinMotion, State,
+        StepMemory, Stepping, Watch,
     },
     linalg::PreconditionerKind,
     math::{Padded, Real, Sixteen, array3},
@@ -40,7 +40,7 @@ pub(crate) struct Taken<R: Real> {
     /// Forces that calls have set (N), of each particle, or none.
     pub(crate) forces: Vec<[f64; 3]>,
     pub(crate) pulls: Vec<Held>,
-    /// No step depends on it; what later steps tell does.
+    /// What sleeps depends on it; where nothing may sleep, what later steps tell alone.
     pub(crate) watch: Option<Watch<R>>,
 }
 
@@ -60,8 +60,10 @@ pub(crate) struct Cloth<R: Real> {
     pub(crate) sent: Vec<PinMotion>,
     pub(crate) acting: Acting,
     pub(crate) pulls: Pulls,
-    /// How still it lies, where the scene asks for that.
+    /// How still it lies, where the scene asks for that, and whether it sleeps.
     pub(crate) watch: Option<Watch<R>>,
+    /// Diagnostics of what sleeps, once they were asked for where it lies; they follow from the state.
+    pub(crate) resting: Option<Diagnostics>,
     /// Its state and parameters at the start.
     pub(crate) start: Arc<Start<R>>,
 }
@@ -115,6 +117,7 @@ impl<R: Real> Cloth<R> {
             acting: Acting::default(),
             pulls: Pulls::default(),
             watch,
+            resting: None,
             start,
         };
 
@@ -178,6 +181,7 @@ impl<R: Real> Cloth<R> {
         let of_all = |own: u64| self.of_all(own);
         notices.first_passed = notices.first_passed.map(of_all);
         notices.first_pinched = notices.first_pinched.map(of_all);
+        notices.first_yielding = notices.first_yielding.map(of_all);
         let snow = None;
         BodyReport { diagnostics, contact_count, solve, surface, snow, notices, work }
     }
@@ -188,18 +192,11 @@ impl<R: Real> Cloth<R> {
         ways + size_of_val(self.acting.called()) + self.pulls.bytes()
     }
 
-    /// Bytes that its pairs of surfaces take.
-    pub(crate) fn pair_bytes(&self) -> usize {
-        self.memory.pair_bytes()
-    }
-
-    /// Lets its pairs of surfaces take so many bytes from now on.
-    pub(crate) fn limit_pairs(&mut self, bytes: u64) {
-        self.memory.limit_pairs(bytes);
-    }
-
+    /// Returns to the state before the step of the world; what sleeps has not taken one.
     pub(crate) fn undo(&mut self) {
-        self.memory.undo(&mut self.state);
+        if self.is_awake() {
+            self.memory.undo(&mut self.state);
+        }
     }
 
     /// What further steps depend on; whole on rank 0 of several.
@@ -227,6 +224,7 @@ impl<R: Real> Cloth<R> {
         self.pulls.put(pulls);
         (self.state, self.parameters, self.sent, self.watch) = (state, parameters, sent, watch);
         self.memory.forget();
+        self.resting = None;
     }
 
     pub(crate) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {
@@ -271,23 +269,6 @@ impl<R: Real> Cloth<R> {
         place.is_some_and(|place| self.model.inv_m[*place as usize] == R::zero())
     }
 
-    /// Sends a pinned particle through `points`, each a time from now (s), growing, and a position (m); `dt` is the
-    /// world's (s). It takes a step of the world to the first at least, and a sub-step to each other.
-    pub(crate) fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>, dt: f64) {
-        let particle = self.model.place[particle as usize];
-        let substeps = self.substeps(dt);
-        let dt = dt / substeps;
-        let (mut taken, mut least) = (0, substeps as u64);
-        let points = points.map(|(time, target)| {
-            // A time of a whole number of steps stays one when the quotient is rounded.
-            let arrival = ((time / dt - 1e-9).ceil() as u64).max(taken + least);
-            let steps = arrival - taken;
-            (taken, least) = (arrival, 1);
-            PathPoint { target, steps }
-        });
-        self.sent.push(PinMotion::along(particle, points.collect()));
-    }
-
     /// Takes over the pins that were sent.
     pub(crate) fn sort_pins(&mut self) {
         if !self.sent.is_empty() {
@@ -305,13 +286,16 @@ impl<R: Real> Cloth<R> {
         for law in laws.iter().map(|LawEntry { law, .. }| law).chain(elements) {
             hasher.update([law.stiffness, law.damping].map(f64::to_le_bytes).as_flattened());
         }
-        self.acting.called().as_flattened().iter().for_each(|c| hasher.update(&c.to_le_bytes()));
+        let led_since = Some(self.state.led_since).filter(|time| *time > 0.0);
+        let numbers = self.acting.called().as_flattened().iter().chain(&led_since);
+        numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
         self.pulls.hash(hasher);
     }
 
     /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of
     /// the step before, and where a step goes on from it the state before; of one per pin on its way; of what explicit
-    /// steps gained; of how many solves ago one came to its cap, if one did, and of the set-up that is kept.
+    /// steps gained; of how many solves ago one came to its cap, if one did, and of the set-up that is kept; of
+    /// how it sleeps, if it ever slept.
     pub(crate) fn hash(&self) -> u64 {
         let State { x, v, dv, past, .. } = &self.state;
         let numbers = |vector: &Padded<R>| array3(&vector.vector());
@@ -349,7 +333,9 @@ impl<R: Real> Cloth<R> {
                 hash_numbers(made, numbers(&kept.positions()[place]))
             })
         };
-        particles.wrapping_add(pins).wrapping_add(gained).wrapping_add(capped).wrapping_add(set_up)
+        let slept = self.watch.as_ref().map_or(0, |watch| watch.hash(self.owner(0)));
+        let all = [particles, pins, gained, capped, set_up, slept];
+        all.into_iter().fold(0, u64::wrapping_add)
     }
 
     /// Wrapping sum of a hash per pin on its way.

@@ -43,11 +43,7 @@ impl<R: Real> Cloth<R> {
         let mut pulls = self.pulls.clone();
         pulls.renew(model, state);
         let given = acting.now(around.time, around.dt).chain(pulls.now());
-        if field == Field::Forces {
-            cloth::forces(model, parameters, settings, around, state, given)
-        } else {
-            cloth::accelerations(model, parameters, settings, around, state, given)
-        }
+        cloth::evaluated(field, model, parameters, settings, around, state, given)
     }
 
     /// Writes a vector of each particle, which `of` gives by its place in the model.

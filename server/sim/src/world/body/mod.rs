@@ -8,6 +8,7 @@ mod rest;
 mod cloth_parameters;
 mod cloth_fields;
 mod placed;
+mod tasks;
 pub(crate) mod snow;
 
 use cloth::Cloth;
@@ -59,10 +60,7 @@ impl<R: Real> Body<R> {
 
     /// Number of springs; 0 for snow.
     pub(crate) fn spring_count(&self) -> usize {
-        match self {
-            Self::Cloth(cloth) => cloth.spring_count(),
-            Self::Snow(_) => 0,
-        }
+        self.as_cloth().map_or(0, Cloth::spring_count)
     }
 
     /// The name that a failure of a step is told under.
@@ -73,9 +71,8 @@ impl<R: Real> Body<R> {
     /// Returns to the state before the step that was taken last, or failed. Snow keeps its last good
     /// step.
     pub(crate) fn undo(&mut self) {
-        match self {
-            Self::Cloth(cloth) => cloth.undo(),
-            Self::Snow(_) => {}
+        if let Self::Cloth(cloth) = self {
+            cloth.undo();
         }
     }
 
@@ -86,10 +83,7 @@ impl<R: Real> Body<R> {
 
     /// Sets forces on particles of the cloth or the object of that name.
     pub(crate) fn set_forces(&mut self, name: &str, particles: &[u32], forces: &Forces) {
-        match self {
-            Self::Cloth(cloth) => cloth.set_forces(name, particles, forces),
-            Self::Snow(snow) => snow.set_forces(name, particles, forces),
-        }
+        on_body!(self, body => body.set_forces(name, particles, forces));
     }
 
     /// Adds the forces that calls have set, each with the first particle of what it acts on; so many particles as are `left` are
@@ -100,10 +94,7 @@ impl<R: Real> Body<R> {
 
     /// Puts the particles of the cloth or the object of that name elsewhere (m), with these velocities (m/s).
     pub(crate) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
-        match self {
-            Self::Cloth(cloth) => cloth.place(name, positions, velocities),
-            Self::Snow(snow) => snow.place(name, positions, velocities),
-        }
+        on_body!(self, body => body.place(name, positions, velocities));
     }
 
     /// Memory of what changes have given it: ways of pins, forces, and pulls (bytes).
@@ -141,41 +132,30 @@ impl<R: Real> Body<R> {
 
     /// Largest explicit step; that of snow is in its report.
     pub(crate) fn step_bound(&self, around: &Surroundings<'_>) -> Option<StepBound> {
-        match self {
-            Self::Cloth(cloth) => Some(cloth.step_bound(around)),
-            Self::Snow(_) => None,
-        }
+        self.as_cloth().map(|cloth| cloth.step_bound(around))
     }
 
     /// The cloth, if it is one.
     pub(crate) fn as_cloth(&self) -> Option<&Cloth<R>> {
-        match self {
-            Self::Cloth(cloth) => Some(cloth),
-            Self::Snow(_) => None,
-        }
+        let Self::Cloth(cloth) = self else { return None };
+        Some(cloth)
     }
 
     /// The cloth, to be changed, if it is one.
     pub(crate) fn as_cloth_mut(&mut self) -> Option<&mut Cloth<R>> {
-        match self {
-            Self::Cloth(cloth) => Some(cloth),
-            Self::Snow(_) => None,
-        }
+        let Self::Cloth(cloth) = self else { return None };
+        Some(cloth)
     }
 
     /// The snow, if it is that.
     pub(crate) fn as_snow(&self) -> Option<&SnowBody<R>> {
-        match self {
-            Self::Snow(snow) => Some(snow),
-            Self::Cloth(_) => None,
-        }
+        let Self::Snow(snow) = self else { return None };
+        Some(snow)
     }
 
     /// The snow, to be changed, if it is that.
     pub(crate) fn as_snow_mut(&mut self) -> Option<&mut SnowBody<R>> {
-        match self {
-            Self::Snow(snow) => Some(snow),
-            Self::Cloth(_) => None,
-        }
+        let Self::Snow(snow) = self else { return None };
+        Some(snow)
     }
 }

@@ -65,7 +65,9 @@ impl Part {
         mass: impl Fn(u32) -> f64,
     ) -> BodyTopology {
         let first = self.first_particle;
-        let pins = self.own.clone().filter(|own| is_pinned(*own)).map(|own| self.of_all(own));
+        // Corners of figures are no pins that anybody set.
+        let pins = self.own.clone().filter(|own| !self.is_figure() && is_pinned(*own));
+        let pins = pins.map(|own| self.of_all(own));
         BodyTopology {
             name: self.name.clone(),
             role: self.role,
@@ -75,7 +77,8 @@ impl Part {
             springs: self.springs.iter().map(|s| s.map(|p| p + first)).collect(),
             pins: pins.collect(),
             uv: self.uv.clone(),
-            masses: self.own.clone().map(mass).collect(),
+            // That by which a corner gives way is no weight.
+            masses: self.own.clone().map(|own| if self.is_figure() { 0.0 } else { mass(own) }).collect(),
             volumes: Vec::new(),
         }
     }
@@ -115,9 +118,10 @@ impl Parts {
         self.parts.iter().find(|part| part.name == name)
     }
 
-    /// What the others are called; nothing where there are none.
+    /// What the others are called, figures left out, which feel no air; nothing where there are none.
     pub(crate) fn beside(&self, name: &str) -> String {
-        list(self.parts.iter().filter(|part| part.name != name), self.parts.len() - 1)
+        let others = || self.parts.iter().filter(|part| part.name != name && !part.is_figure());
+        list(others(), others().count())
     }
 
     /// The body of a particle of the cloth.

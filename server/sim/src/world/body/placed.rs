@@ -1,8 +1,8 @@
-//! What calls do to a cloth beside its parameters: forces on particles, pulls, another state, its start again.
+//! What calls do to a cloth beside its parameters: ways of pins, forces on particles, pulls, another state, its start again.
 
 use super::cloth::Cloth;
 use crate::{
-    cloth::{PinMotion, State},
+    cloth::{PathPoint, PinMotion, State},
     math::{Padded, Real, Sixteen, Vec3, vec3},
     world::setup::{
         forces::{CalledForces, Forces},
@@ -11,6 +11,23 @@ use crate::{
 };
 
 impl<R: Real> Cloth<R> {
+    /// Sends a pinned particle through `points`, each a time from now (s), growing, and a position (m); `dt` is the
+    /// world's (s). It takes a step of the world to the first at least, and a sub-step to each other.
+    pub(crate) fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>, dt: f64) {
+        let particle = self.model.place[particle as usize];
+        let substeps = self.substeps(dt);
+        let dt = dt / substeps;
+        let (mut taken, mut least) = (0, substeps as u64);
+        let points = points.map(|(time, target)| {
+            // A time of a whole number of steps stays one when the quotient is rounded.
+            let arrival = ((time / dt - 1e-9).ceil() as u64).max(taken + least);
+            let steps = arrival - taken;
+            (taken, least) = (arrival, 1);
+            PathPoint { target, steps }
+        });
+        self.sent.push(PinMotion::along(particle, points.collect()));
+    }
+
     /// Sets forces on particles of the body of that name, if it is one of its own; on all free ones where there are none.
     pub(crate) fn set_forces(&mut self, name: &str, particles: &[u32], forces: &Forces) {
         let Self { acting, model, parts, .. } = self;
@@ -82,7 +99,7 @@ impl<R: Real> Cloth<R> {
     pub(crate) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
         let Self { parts, model, state, sent, memory, .. } = self;
         let Some(part) = parts.named(name) else { return };
-        let State { mut x, mut v, mut motions, mut dv, gain, .. } = std::mem::take(state);
+        let State { mut x, mut v, mut motions, mut dv, gain, led_since, .. } = std::mem::take(state);
         let mut others = State::default();
         for (place, own) in part.own.clone().enumerate() {
             let row = model.place[own as usize] as usize;
@@ -101,7 +118,7 @@ impl<R: Real> Cloth<R> {
         if parts.iter().nth(1).is_some() {
             (others.dv, others.gain) = (dv, gain);
         }
-        *state = State { x, v, motions, ..others };
+        *state = State { x, v, motions, led_since, ..others };
         memory.forget();
     }
 

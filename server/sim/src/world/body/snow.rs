@@ -39,7 +39,8 @@ impl<R: Real> SnowBody<R> {
         first_particle: u32,
         ranks: Option<&Ranks>,
     ) -> Result<(Self, Vec<String>), SetupError> {
-        let (snow, warnings) = Snow::over(setup, ranks)?;
+        let (mut snow, warnings) = Snow::over(setup, ranks)?;
+        snow.attach(setup, colliders)?;
         snow.check_step(colliders)?;
         let places = if ranks.is_some() { Vec::new() } else { snow.places() };
         let affine = setup.objects.iter().map(SnowObject::affine_velocity).collect();
@@ -62,6 +63,7 @@ impl<R: Real> SnowBody<R> {
             snow: Some(step.report.shifted(first)),
             notices: Notices {
                 first_passed: step.notices.first_passed.map(|particle| particle + first),
+                first_torn: step.notices.first_torn.map(|particle| particle + first),
                 ..step.notices
             },
             work: step.work,

@@ -61,7 +61,7 @@ fn shared(body: &BodySetup) -> [(&'static str, String); 19] {
         integrator,
         minimizer,
         hessian,
-        solver: SolverSettings { stop, preconditioner, operator, warm_start, at_cap: _ },
+        solver: SolverSettings { stop, preconditioner, operator, warm_start, at_cap: _, floor: _ },
         time_step,
         tolerance,
         on_pass,
@@ -116,8 +116,9 @@ fn of_minimizer(minimizer: Minimizer) -> String {
     }
 }
 
-fn of_rest(RestSettings { error, within }: RestSettings) -> String {
-    format!("{error} m within {within} s")
+fn of_rest(RestSettings { error, within, sleep }: RestSettings) -> String {
+    let does = if sleep { "sleeps" } else { "is watched" };
+    format!("what is calm {does}, with {error} m within {within} s")
 }
 
 fn of_stop(stop: Stop) -> String {

@@ -42,11 +42,12 @@ impl<R: Real> Cloth<R> {
 
         let (x, is_put) = self.after(begin, &put);
         let place = |row: u32| x[row as usize];
-        let inv_m = &self.model.inv_m;
+        // Pins and corners of figures that give way are kept apart in a step.
+        let movable = self.model.movable();
         let counts = |rows: &[u32]| {
             let is_there = |row: &u32| is_put[*row as usize];
-            let is_free = |row: &u32| inv_m[*row as usize] != R::zero();
-            rows.iter().any(is_there) && rows.iter().any(is_free)
+            let may_move = |row: &u32| movable[*row as usize] != R::zero();
+            rows.iter().any(is_there) && rows.iter().any(may_move)
         };
         let faces = &surface.faces;
         let mut crossings = Crossings::new(faces);

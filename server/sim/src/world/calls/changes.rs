@@ -92,8 +92,8 @@ pub enum Change {
         /// Velocities (m/s), as many; none: all are 0. Those of pins are 0.
         velocities: Option<Vectors>,
     },
-    /// Puts every body and parameter back to the start of the simulation, before all changes. Steps and time go on: a world with figures, which
-    /// go by them, is not put back.
+    /// Puts every body and parameter back to the start of the simulation, before all changes. Steps and time go on; frames of figures begin
+    /// again.
     Reset,
 }
 
@@ -219,6 +219,8 @@ pub enum ChangeError {
     Collider(#[from] MoveError),
     #[error("'{figure}' is a figure, which its frames lead: {what}")]
     OnFigure { figure: String, what: &'static str },
+    #[error("'{object}' is attached to collider '{collider}': calls move neither")]
+    Attached { object: String, collider: String },
     #[error("the path of particle {particle} has no points: one or more are needed")]
     EmptyPath { particle: u32 },
     #[error(

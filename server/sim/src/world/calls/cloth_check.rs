@@ -26,7 +26,7 @@ impl<R: Real> Cloth<R> {
 
     /// Lists as long as its own, of finite numbers; pins in the order of their particles.
     fn unfit_state(&self, state: &State<R>) -> Option<String> {
-        let State { x, v, dv, past, motions, gain, since_cap, kept } = state;
+        let State { x, v, dv, past, motions, led_since, gain, since_cap, kept } = state;
         let count = self.state.x.len();
         let lengths = [
             ("positions", x.len(), [count; 2]),
@@ -59,6 +59,9 @@ impl<R: Real> Cloth<R> {
         let Gain { energy, kept: keeps, ratio, motion } = *gain;
         if ![energy, keeps, ratio, motion].iter().all(|number| number.is_finite()) {
             return Some("what is known of its energy is not finite".to_owned());
+        }
+        if !led_since.is_finite() || *led_since < 0.0 {
+            return Some(format!("its frames cannot have begun at {led_since} s"));
         }
         if *since_cap == u32::MAX || !kept.is_sound(count) {
             return Some("its solves cannot go on with what they kept".to_owned());
@@ -105,11 +108,12 @@ impl<R: Real> Cloth<R> {
         ))
     }
 
-    /// A watch of a cloth of as many particles in the same pieces, where this one is watched.
+    /// A watch of a cloth of as many particles in the same pieces, where this one is watched; asleep where this one may sleep.
     fn unfit_watch(&self, watch: Option<&Watch<R>>) -> Option<String> {
+        let may_sleep = self.settings.rest.is_some_and(|rest| rest.sleep) && self.model.figures.is_empty();
         let is_sound = match (watch, &self.watch) {
             (None, None) => true,
-            (Some(watch), Some(own)) => watch.is_sound(own),
+            (Some(watch), Some(own)) => watch.is_sound(own) && (may_sleep || !watch.is_asleep()),
             _ => false,
         };
         (!is_sound).then(|| "what is known of how still it lies is not that of this cloth".to_owned())

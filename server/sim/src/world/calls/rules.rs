@@ -106,7 +106,7 @@ impl ChangeRules {
                             first_particle: part.first_particle,
                             particle_count: part.count(),
                             kinds: kinds.collect(),
-                            feels_air: cloth.feels_air(),
+                            feels_air: cloth.feels_air() && !part.is_figure(),
                             is_thick: cloth.model.thick_surface().is_some(),
                             beside: cloth.parts.beside(&part.name),
                         });

@@ -46,13 +46,7 @@ pub enum BeginError {
 }
 
 impl<R: Real> World<R> {
-    /// Begins elsewhere than at the start of its setup, of which the changes before the first step were applied. Runs on the rayon pool
-    /// that the caller installed.
-    ///
-    /// # Errors
-    /// When it has snow, the particles are others, or are where none may be, or the numbers are none that it tells. It is not to
-    /// be stepped then.
-    pub fn begin(&mut self, at: &Beginning) -> Result<(), BeginError> {
+    pub(crate) fn begin(&mut self, at: &Beginning) -> Result<(), BeginError> {
         if let Some((body, _)) = self.snow().and_then(|snow| snow.objects().next()) {
             return Err(BeginError::Snow { body: body.to_owned() });
         }

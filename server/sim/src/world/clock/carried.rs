@@ -9,6 +9,7 @@ use crate::{
     cloth::{Gain, PinMotion},
     collide::{Collider, Motion},
     math::Real,
+    names::names,
     world::body::{Body, cloth::Cloth},
 };
 
@@ -37,23 +38,18 @@ pub enum Missing {
     Patches,
     /// How far each pin is within a sub-step, where too many are.
     Pins,
+    /// How still cloth lies, and what of it sleeps, where it may.
+    Rest,
 }
 
-impl Missing {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Calls, Self::Past, Self::WarmStart, Self::Patches, Self::Pins];
-
-    /// Its name in messages of the service, and in saved frames.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Calls => "calls",
-            Self::Past => "past",
-            Self::WarmStart => "warm_start",
-            Self::Patches => "patches",
-            Self::Pins => "pins",
-        }
-    }
-}
+names!(Missing {
+    Calls: "calls",
+    Past: "past",
+    WarmStart: "warm_start",
+    Patches: "patches",
+    Pins: "pins",
+    Rest: "rest",
+});
 
 /// Numbers of a [`Carried`] that a world cannot go on from.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -66,8 +62,7 @@ pub enum CarriedError {
 }
 
 impl<R: Real> World<R> {
-    /// What further steps depend on beside the setup, the steps taken, positions and velocities.
-    pub fn carried(&self) -> Carried {
+    pub(crate) fn carried(&self) -> Carried {
         let cloths = || self.bodies.iter().filter_map(Body::as_cloth);
         let mut numbers = self.pace.all_numbers().to_vec();
         for cloth in cloths() {
@@ -79,6 +74,7 @@ impl<R: Real> World<R> {
             Missing::WarmStart => cloths().any(|cloth| cloth.starts_warm() && !cloth.state.dv.is_empty()),
             Missing::Patches => cloths().any(Cloth::uses_patches),
             Missing::Pins => cloths().any(|cloth| cloth.pins_within().count() > MOST_PINS),
+            Missing::Rest => cloths().any(|cloth| cloth.settings.rest.is_some_and(|rest| rest.sleep)),
         };
         Carried { numbers, missing: Missing::ALL.into_iter().filter(is_missing).collect() }
     }
@@ -117,10 +113,14 @@ impl<R: Real> Cloth<R> {
         self.state.since_cap > 0 || !self.state.kept.positions().is_empty()
     }
 
-    /// Adds its numbers: what it gained, which pins are on which ways, and how far those are that stand within a sub-step.
+    /// Adds its numbers: what it gained, when frames of its figures began if it has any, which pins are on which ways, and how far those
+    /// are that stand within a sub-step.
     fn tell(&self, numbers: &mut Vec<f64>) {
         let Gain { energy, kept, ratio, motion } = self.state.gain;
         numbers.extend([energy, kept, ratio, motion]);
+        if !self.model.figures.is_empty() {
+            numbers.push(self.state.led_since);
+        }
         numbers.extend(halves(self.hash_pins()));
         let within: Vec<[f64; 2]> = self.pins_within().take(MOST_PINS).collect();
         numbers.push(within.len() as f64);
@@ -138,6 +138,9 @@ impl<R: Real> Cloth<R> {
     fn take_over(&mut self, numbers: &mut impl Iterator<Item = f64>) -> Result<(), CarriedError> {
         let [energy, kept, ratio, motion] = next(numbers)?;
         self.state.gain = Gain { energy, kept, ratio, motion };
+        if !self.model.figures.is_empty() {
+            [self.state.led_since] = next(numbers)?;
+        }
         let [high, low, count] = next(numbers)?;
         if !(0.0..=MOST_PINS as f64).contains(&count) {
             return Err(CarriedError::Numbers);

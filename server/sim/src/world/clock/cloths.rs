@@ -1,4 +1,4 @@
-//! All cloths of a world, stepped together: they share sub-steps, and none goes on before all have accepted one.
+//! All cloths of a world that are awake, stepped together: they share sub-steps, and none goes on before all have accepted one.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ const MAX_SUBSTEPS: u32 = 10_000;
 /// The index of a body, and why its step cannot be taken.
 pub(crate) type Failure = (usize, StepFailure);
 
-/// Takes a step of the world with all cloths among the bodies, and adds to its report.
+/// Takes a step of the world with all cloths among the bodies that are awake, and adds to its report.
 ///
 /// # Errors
 /// Of the first body whose step cannot be taken.
@@ -32,8 +32,12 @@ pub(crate) fn step<R: Real>(
     report: &mut StepReport,
     watch: &mut dyn Stopwatch,
 ) -> Result<(), Failure> {
-    let asked = cloths(bodies).map(|(_, cloth)| cloth.asked(around)).fold(f64::INFINITY, f64::min);
+    let asked = asked(bodies, around);
     if asked.is_infinite() {
+        return Ok(());
+    }
+    if cloths(bodies).next().is_none() {
+        report.cloth = Some(none_taken(asked));
         return Ok(());
     }
 
@@ -85,7 +89,7 @@ pub(crate) fn step<R: Real>(
 
     let (mut error, mut without_history, mut solves) = (ErrorEstimate::default(), 0, 0);
     for index in 0..bodies.len() {
-        if let Some(cloth) = bodies[index].as_cloth_mut() {
+        if let Some(cloth) = bodies[index].as_cloth_mut().filter(|cloth| cloth.is_awake()) {
             let told = cloth.stepping(around).finish(watch).map_err(|failure| (index, failure))?;
             cloth.told(&told).add_to(report);
             if let Some(loads) = Arc::get_mut(&mut report.loads) {
@@ -95,21 +99,47 @@ pub(crate) fn step<R: Real>(
             solves = solves.max(told.solves);
         }
     }
-    if let Some(surface) = &mut report.surface {
-        let cut = |rejection: &&Rejection| {
-            matches!(rejection.cause, StepFailure::Contact { .. } | StepFailure::Crowded { .. })
-        };
-        surface.failed = report.rejections.iter().filter(cut).count() as u64;
-    }
+    count_failed(report);
     let (bound, preconditioner) = (next.shifted(bodies, asked), report.solve.and_then(|s| s.preconditioner));
     let steps = ClothSteps { substeps, rejected, without_history, solves, dt, bound, error, preconditioner };
     report.cloth = Some(steps);
     Ok(())
 }
 
-/// The cloths with their places among the bodies.
+/// The least sub-step (s) that cloths ask for. What sleeps counts: a step is divided alike whatever does.
+fn asked<R: Real>(bodies: &[Body<R>], around: &Surroundings<'_>) -> f64 {
+    bodies.iter().filter_map(Body::as_cloth).map(|cloth| cloth.asked(around)).fold(f64::INFINITY, f64::min)
+}
+
+/// Counts the sub-steps that contact did not let through.
+fn count_failed(report: &mut StepReport) {
+    if let Some(surface) = &mut report.surface {
+        let cut = |rejection: &&Rejection| {
+            matches!(rejection.cause, StepFailure::Contact { .. } | StepFailure::Crowded { .. })
+        };
+        surface.failed = report.rejections.iter().filter(cut).count() as u64;
+    }
+}
+
+/// The cloths that are awake, with their places among the bodies.
 fn cloths<R: Real>(bodies: &mut [Body<R>]) -> impl Iterator<Item = (usize, &mut Cloth<R>)> {
-    bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.as_cloth_mut()?)))
+    let all = bodies.iter_mut().enumerate();
+    let cloths = all.filter_map(|(index, body)| Some((index, body.as_cloth_mut()?)));
+    cloths.filter(|(_, cloth)| cloth.is_awake())
+}
+
+/// What is told of a step, for which the scene asks for sub-steps of `asked` (s), where all sleep.
+fn none_taken(asked: f64) -> ClothSteps {
+    ClothSteps {
+        substeps: 0,
+        rejected: 0,
+        without_history: 0,
+        solves: 0,
+        dt: asked,
+        bound: TimeBound { kind: BoundKind::Frame, dt: asked, particle: None },
+        error: ErrorEstimate::default(),
+        preconditioner: None,
+    }
 }
 
 /// The shortest sub-step that a body or the pace asks for.

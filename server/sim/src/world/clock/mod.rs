@@ -21,11 +21,11 @@ use crate::{
     interrupt::Interrupt,
     math::Real,
     parallel::Ranks,
-    report::{Diagnostics, Load, NoStopwatch, RestReport, StepError, StepFailure, StepReport, Stopwatch},
+    report::{Diagnostics, Load, NoStopwatch, StepError, StepFailure, StepReport, Stopwatch, Task},
     surroundings::Surroundings,
 };
 
-/// Bodies, colliders, gravity and wind on one clock, in one precision.
+/// Bodies, colliders, gravity and wind on one clock, in one precision. What can be asked of it is said at `Simulation`.
 #[derive(Clone, Debug)]
 pub struct World<R: Real> {
     /// Time step (s).
@@ -51,16 +51,11 @@ pub struct World<R: Real> {
 }
 
 impl<R: Real> World<R> {
-    /// Builds a world; the strings are warnings that do not stop it.
+    /// Builds a world, or what one of several ranks steps of it; the strings are warnings that do not stop it.
     ///
     /// # Errors
     /// What is wrong with the setup, and where.
-    pub fn new(setup: &WorldSetup) -> Result<(Self, Vec<String>), SetupError> {
-        Self::over(setup, None)
-    }
-
-    /// The same for one of several ranks.
-    pub(crate) fn over(setup: &WorldSetup, ranks: Option<Ranks>) -> Result<(Self, Vec<String>), SetupError> {
+    pub(crate) fn new(setup: &WorldSetup, ranks: Option<Ranks>) -> Result<(Self, Vec<String>), SetupError> {
         setup.check()?;
         figures::check(&setup.bodies)?;
         if ranks.is_some() {
@@ -115,6 +110,7 @@ impl<R: Real> World<R> {
             colliders,
             time: 0.0,
             dt: *dt,
+            steps: 1.0,
             interrupt,
         };
         for body in bodies.iter_mut() {
@@ -129,22 +125,19 @@ impl<R: Real> World<R> {
         Ok(())
     }
 
-    /// Takes one step, on the rayon pool that the caller installed.
-    ///
-    /// # Errors
-    /// When a body's step fails: cloths are then as before the step, snow as after its last good
-    /// step within it; the world takes no further step.
-    pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
+    pub(crate) fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
         let loads = cleared(std::mem::take(&mut self.loads), self.colliders.len());
         let mut report = StepReport { loads, ..StepReport::default() };
         let before = self.pace;
         let Self { dt, gravity, wind, colliders, bodies, interrupt, pace, step_count, .. } = self;
         let time = *step_count as f64 * *dt;
         let wind = wind.at(time + 0.5 * *dt);
-        let around = Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt };
+        let around =
+            Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, steps: 1.0, interrupt };
 
         for cloth in bodies.iter_mut().filter_map(Body::as_cloth_mut) {
             cloth.renew_forces(time, around.dt);
+            cloth.stir(&around, *step_count);
         }
         let taken = cloths::step(bodies, pace, &around, &mut report, watch)
             .and_then(|()| step_snow(bodies, &around, &mut report, watch));
@@ -156,14 +149,21 @@ impl<R: Real> World<R> {
             return Err(StepError { step: self.step_count, time, body, failure });
         }
 
-        for cloth in self.bodies.iter_mut().filter_map(Body::as_cloth_mut) {
-            let told = cloth.look_at_rest(self.dt);
-            report.rest = told.into_iter().chain(report.rest).reduce(RestReport::with);
+        for cloth in bodies.iter_mut().filter_map(Body::as_cloth_mut) {
+            cloth.end_step(&around, *step_count + 1, watch, &mut report);
         }
         self.loads = report.loads.clone();
         self.count_step();
         (report.step, report.time) = (self.step_count, self.time());
         Ok(report)
+    }
+
+    /// Does the tasks of a step of each cloth by itself, at the state as it is, and calls `watch` with each once it is done: to be
+    /// timed one by one, on the rayon pool that the caller installed. A step does several of them in one sweep, and does not
+    /// call this.
+    pub(crate) fn tasks(&self, watch: &mut dyn FnMut(Task)) {
+        let around = self.around();
+        self.bodies.iter().filter_map(Body::as_cloth).for_each(|cloth| cloth.tasks(&around, watch));
     }
 
     /// Counts a step that was taken: pulls end with it.
@@ -177,7 +177,7 @@ impl<R: Real> World<R> {
         let Self { dt, gravity, wind, colliders, interrupt, .. } = self;
         let time = self.time();
         let wind = wind.at(time + 0.5 * *dt);
-        Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt }
+        Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, steps: 1.0, interrupt }
     }
 
     /// Memory of what changes have given it: ways of colliders and pins, forces, and pulls (bytes).
@@ -188,40 +188,34 @@ impl<R: Real> World<R> {
 
     /// Bytes that pairs of surfaces take.
     pub(crate) fn pair_bytes(&self) -> usize {
-        self.bodies.iter().filter_map(Body::as_cloth).map(Cloth::pair_bytes).sum()
+        self.bodies.iter().filter_map(Body::as_cloth).map(|cloth| cloth.memory.pair_bytes()).sum()
     }
 
     /// Lets the pairs of surfaces of a cloth take so many bytes from now on: all that has a thickness is one.
     pub(crate) fn limit_pairs(&mut self, bytes: u64) {
-        self.bodies.iter_mut().filter_map(Body::as_cloth_mut).for_each(|cloth| cloth.limit_pairs(bytes));
+        let cloths = self.bodies.iter_mut().filter_map(Body::as_cloth_mut);
+        cloths.for_each(|cloth| cloth.memory.limit_pairs(bytes));
     }
 
-    /// Diagnostics of the state as it is.
-    pub fn diagnose(&self) -> Diagnostics {
+    pub(crate) fn diagnose(&self) -> Diagnostics {
         let around = self.around();
         let add = |total: Diagnostics, body: &Body<R>| total.with(&body.diagnose(&around));
         self.bodies.iter().fold(Diagnostics::default(), add)
     }
 
-    /// What asks a step in progress to give up; the step then fails with [`StepFailure::Interrupted`].
-    ///
-    /// [`StepFailure::Interrupted`]: crate::report::StepFailure::Interrupted
-    pub fn interrupt(&self) -> &Interrupt {
+    pub(crate) fn interrupt(&self) -> &Interrupt {
         self.ranks.as_ref().map_or(&self.interrupt, |ranks| &ranks.wanted)
     }
 
-    /// Time step (s).
-    pub fn dt(&self) -> f64 {
+    pub(crate) fn dt(&self) -> f64 {
         self.dt
     }
 
-    /// Number of steps taken since the start.
-    pub fn step_count(&self) -> u64 {
+    pub(crate) fn step_count(&self) -> u64 {
         self.step_count
     }
 
-    /// Simulated time (s).
-    pub fn time(&self) -> f64 {
+    pub(crate) fn time(&self) -> f64 {
         self.step_count as f64 * self.dt
     }
 }

@@ -16,7 +16,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file nappe/v1/frame.proto.
  */
 export const file_nappe_v1_frame: GenFile = /*@__PURE__*/
-  fileDesc("ChRuYXBwZS92MS9mcmFtZS5wcm90bxIIbmFwcGUudjEigAIKDEJvZHlUb3BvbG9neRIMCgRuYW1lGAEgASgJEhYKDmZpcnN0X3BhcnRpY2xlGAIgASgNEhYKDnBhcnRpY2xlX2NvdW50GAMgASgNEhUKDXRyaWFuZ2xlc191MzIYBCABKAwSEwoLc3ByaW5nc191MzIYBSABKAwSEAoIcGluc191MzIYBiABKAwSDgoGdXZfZjMyGAcgASgMEhIKBWNvbG9yGAggASgNSACIAQESIAoEcm9sZRgJIAEoDjISLm5hcHBlLnYxLkJvZHlSb2xlEhAKCG1hc3NfZjMyGAogASgMEhIKCnZvbHVtZV9mMzIYCyABKAxCCAoGX2NvbG9yIukCCg1Db2xsaWRlclNoYXBlEgwKBG5hbWUYASABKAkSIwoIdmVsb2NpdHkYCCABKAsyES5uYXBwZS52MS5WZWN0b3IzEiUKBXBsYW5lGAIgASgLMhQubmFwcGUudjEuUGxhbmVTaGFwZUgAEicKBnNwaGVyZRgDIAEoCzIVLm5hcHBlLnYxLlNwaGVyZVNoYXBlSAASKQoHY2Fwc3VsZRgEIAEoCzIWLm5hcHBlLnYxLkNhcHN1bGVTaGFwZUgAEiEKA2JveBgFIAEoCzISLm5hcHBlLnYxLkJveFNoYXBlSAASKwoIY3lsaW5kZXIYBiABKAsyFy5uYXBwZS52MS5DeWxpbmRlclNoYXBlSAASLAoJaGFsZl9waXBlGAcgASgLMhcubmFwcGUudjEuSGFsZlBpcGVTaGFwZUgAEiMKBG1lc2gYCSABKAsyEy5uYXBwZS52MS5NZXNoU2hhcGVIAEIHCgVzaGFwZSJRCgpQbGFuZVNoYXBlEiAKBXBvaW50GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIhCgZub3JtYWwYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzIkAKC1NwaGVyZVNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSDgoGcmFkaXVzGAIgASgBImAKDENhcHN1bGVTaGFwZRIgCgVzdGFydBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHgoDZW5kGAIgASgLMhEubmFwcGUudjEuVmVjdG9yMxIOCgZyYWRpdXMYAyABKAEimwEKCEJveFNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSJgoLaGFsZl9leHRlbnQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEiEKBmF4aXNfeBgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGYXhpc195GAQgASgLMhEubmFwcGUudjEuVmVjdG9yMyJhCg1DeWxpbmRlclNoYXBlEiAKBXN0YXJ0GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIeCgNlbmQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgDIAEoASKBAQoNSGFsZlBpcGVTaGFwZRIgCgVwb2ludBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHwoEYXhpcxgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHQoCdXAYAyABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgEIAEoASJZCglNZXNoU2hhcGUSEgoKcG9pbnRzX2YzMhgBIAEoDBIVCg10cmlhbmdsZXNfdTMyGAIgASgMEiEKBm9yaWdpbhgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMiKgoHVmVjdG9yMxIJCgF4GAEgASgBEgkKAXkYAiABKAESCQoBehgDIAEoASI4CgpRdWF0ZXJuaW9uEgkKAXgYASABKAESCQoBeRgCIAEoARIJCgF6GAMgASgBEgkKAXcYBCABKAEiZQoMQ29sbGlkZXJQb3NlEgwKBG5hbWUYASABKAkSIwoIcG9zaXRpb24YAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEiIKBHR1cm4YAyABKAsyFC5uYXBwZS52MS5RdWF0ZXJuaW9uIsABCghUb3BvbG9neRITCgt0b3BvbG9neV9pZBgBIAEoDRIWCg5wYXJ0aWNsZV9jb3VudBgCIAEoDRImCgZib2RpZXMYAyADKAsyFi5uYXBwZS52MS5Cb2R5VG9wb2xvZ3kSKgoJY29sbGlkZXJzGAQgAygLMhcubmFwcGUudjEuQ29sbGlkZXJTaGFwZRIeCgVjaHVuaxgFIAEoCzIPLm5hcHBlLnYxLkNodW5rEhMKC3Nlc3Npb25fdWlkGAYgASgJIr8BCglGaWVsZERhdGESHgoFZmllbGQYASABKA4yDy5uYXBwZS52MS5GaWVsZBIkCghlbmNvZGluZxgCIAEoDjISLm5hcHBlLnYxLkVuY29kaW5nEhYKDmZpcnN0X3BhcnRpY2xlGAMgASgNEgwKBGRhdGEYBCABKAwSEgoFc2NhbGUYBSABKAFIAIgBARIYCgtlcnJvcl9ib3VuZBgGIAEoAUgBiAEBQggKBl9zY2FsZUIOCgxfZXJyb3JfYm91bmQiJQoFQ2h1bmsSDQoFaW5kZXgYASABKA0SDQoFY291bnQYAiABKA0i7QIKBUZyYW1lEg0KBWZyYW1lGAEgASgEEgwKBHN0ZXAYAiABKAQSFAoMdGltZV9zZWNvbmRzGAMgASgBEhcKCnN0YXRlX2hhc2gYBCABKAZIAIgBARITCgt0b3BvbG9neV9pZBgFIAEoDRIjCgZmaWVsZHMYBiADKAsyEy5uYXBwZS52MS5GaWVsZERhdGESHgoFY2h1bmsYByABKAsyDy5uYXBwZS52MS5DaHVuaxIVCg1kcm9wcGVkX2NvdW50GAggASgEEioKC2RpYWdub3N0aWNzGAkgASgLMhUubmFwcGUudjEuRGlhZ25vc3RpY3MSIQoEZ3JpZBgKIAEoCzITLm5hcHBlLnYxLkdyaWRGaWVsZBIlCgVwb3NlcxgLIAMoCzIWLm5hcHBlLnYxLkNvbGxpZGVyUG9zZRIiCgdjYXJyaWVkGAwgASgLMhEubmFwcGUudjEuQ2FycmllZEINCgtfc3RhdGVfaGFzaCIrCgdDYXJyaWVkEg8KB251bWJlcnMYASADKAESDwoHbWlzc2luZxgCIAMoCSKGAQoLR3JpZFJlcXVlc3QSIQoDYWxsGAEgASgLMhIubmFwcGUudjEuQWxsTm9kZXNIABIlCgVzbGljZRgCIAEoCzIULm5hcHBlLnYxLlNsaWNlTm9kZXNIABIRCgltYXhfbm9kZXMYAyABKA0SDQoFZm9yY2UYBCABKAhCCwoJc2VsZWN0aW9uIgoKCEFsbE5vZGVzIj4KClNsaWNlTm9kZXMSHAoEYXhpcxgBIAEoDjIOLm5hcHBlLnYxLkF4aXMSEgoKY29vcmRpbmF0ZRgCIAEoASKLAQoJR3JpZEZpZWxkEgwKBGNlbGwYASABKAESEQoJaW5kZXhfaTMyGAIgASgMEhAKCG1hc3NfZjMyGAMgASgMEhQKDHZlbG9jaXR5X2YzMhgEIAEoDBIOCgZzdHJpZGUYBSABKA0SEgoKbm9kZV9jb3VudBgGIAEoBBIRCglmb3JjZV9mMzIYByABKAwivgQKC0RpYWdub3N0aWNzEgwKBHN0ZXAYASABKAQSFAoMdGltZV9zZWNvbmRzGAIgASgBEg0KBWZyYW1lGAMgASgEEhYKDmtpbmV0aWNfZW5lcmd5GAQgASgBEhYKDmVsYXN0aWNfZW5lcmd5GAUgASgBEhwKFGdyYXZpdGF0aW9uYWxfZW5lcmd5GAYgASgBEiMKCG1vbWVudHVtGAcgASgLMhEubmFwcGUudjEuVmVjdG9yMxITCgttYXhfc3RyZXRjaBgIIAEoARIVCg1jb250YWN0X2NvdW50GAkgASgEEiQKBXNvbHZlGAogASgLMhUubmFwcGUudjEuU29sdmVSZXBvcnQSIwoGc3RhZ2VzGAsgAygLMhMubmFwcGUudjEuU3RhZ2VUaW1lEhQKDHN0ZXBfc2Vjb25kcxgMIAEoARInCgRzbm93GA0gASgLMhkubmFwcGUudjEuU25vd0RpYWdub3N0aWNzEiIKB25vdGljZXMYDiABKAsyES5uYXBwZS52MS5Ob3RpY2VzEiMKBWNsb3RoGA8gASgLMhQubmFwcGUudjEuQ2xvdGhTdGVwcxIVCg1leHRlcm5hbF93b3JrGBAgASgBEiUKBWxvYWRzGBEgAygLMhYubmFwcGUudjEuQ29sbGlkZXJMb2FkEigKB3N1cmZhY2UYEiABKAsyFy5uYXBwZS52MS5TdXJmYWNlUmVwb3J0EiIKBHJlc3QYEyABKAsyFC5uYXBwZS52MS5SZXN0UmVwb3J0ImYKClJlc3RSZXBvcnQSEgoKY2FsbV9zaGFyZRgBIAEoARIOCgZwaWVjZXMYAiABKAQSEwoLY2FsbV9waWVjZXMYAyABKAQSDQoFd2F5X20YBCABKAESEAoIY2hhbmdlX20YBSABKAEingEKDVN1cmZhY2VSZXBvcnQSDQoFcGFpcnMYASABKAQSDgoGYWN0aXZlGAIgASgEEg4KBnJvdW5kcxgDIAEoDRIYCgtsZWFzdF9nYXBfbRgEIAEoAUgAiAEBEg4KBmZhaWxlZBgFIAEoBBIWCgljcm9zc2luZ3MYBiABKARIAYgBAUIOCgxfbGVhc3RfZ2FwX21CDAoKX2Nyb3NzaW5ncyJzCgxDb2xsaWRlckxvYWQSDAoEbmFtZRgBIAEoCRIgCgVmb3JjZRgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGdG9ycXVlGAMgASgLMhEubmFwcGUudjEuVmVjdG9yMxIQCghjb250YWN0cxgEIAEoBCKIAQoHTm90aWNlcxIVCg1jYXBwZWRfc29sdmVzGAEgASgEEhkKEWluZGVmaW5pdGVfc29sdmVzGAIgASgEEhgKEHBhc3NlZF9wYXJ0aWNsZXMYAyABKAQSFgoOcmVqZWN0ZWRfc3RlcHMYBCABKAQSGQoRcGluY2hlZF9wYXJ0aWNsZXMYBSABKAQisAIKCkNsb3RoU3RlcHMSEAoIc3Vic3RlcHMYASABKA0SEAoIcmVqZWN0ZWQYAiABKA0SEgoKZHRfc2Vjb25kcxgDIAEoARIiCgVib3VuZBgEIAEoDjITLm5hcHBlLnYxLlRpbWVCb3VuZBIbCg5ib3VuZF9wYXJ0aWNsZRgFIAEoBEgAiAEBEhUKDWJvdW5kX3NlY29uZHMYBiABKAESEQoJZXJyb3Jfcm1zGAcgASgBEhUKDWVycm9yX2xhcmdlc3QYCCABKAESGwoOcHJlY29uZGl0aW9uZXIYCSABKAlIAYgBARIVCg1zb2x2ZV9lcnJvcl9tGAogASgBEg4KBnNvbHZlcxgLIAEoDUIRCg9fYm91bmRfcGFydGljbGVCEQoPX3ByZWNvbmRpdGlvbmVyIs0DCg9Tbm93RGlhZ25vc3RpY3MSEAoIc3Vic3RlcHMYASABKA0SEgoKZHRfc2Vjb25kcxgCIAEoARIiCgVib3VuZBgDIAEoDjITLm5hcHBlLnYxLlRpbWVCb3VuZBIbCg5ib3VuZF9wYXJ0aWNsZRgEIAEoBEgAiAEBEhUKDWJvdW5kX3NlY29uZHMYBSABKAESDAoEbWFzcxgGIAEoARIXCg9ncmlkX21hc3NfZXJyb3IYByABKAESFQoNcGxhc3RpY19jb3VudBgIIAEoBBIWCg5pbnZlcnRlZF9jb3VudBgJIAEoBBIVCg1jbGFtcGVkX2NvdW50GAogASgEEhcKD2JhbGxpc3RpY19jb3VudBgLIAEoBBIZChFtaW5fcGxhc3RpY19yYXRpbxgMIAEoARIZChFtYXhfcGxhc3RpY19yYXRpbxgNIAEoARIRCgltYXhfc3BlZWQYDiABKAESGAoQZHJvcHBlZF9tb21lbnR1bRgPIAEoARIrChBhbmd1bGFyX21vbWVudHVtGBAgASgLMhEubmFwcGUudjEuVmVjdG9yMxITCgtibG9ja19jb3VudBgRIAEoBEIRCg9fYm91bmRfcGFydGljbGUiZQoLU29sdmVSZXBvcnQSJwoHb3V0Y29tZRgBIAEoDjIWLm5hcHBlLnYxLlNvbHZlT3V0Y29tZRISCgppdGVyYXRpb25zGAIgASgNEhkKEXJlbGF0aXZlX3Jlc2lkdWFsGAMgASgBIisKCVN0YWdlVGltZRINCgVzdGFnZRgBIAEoCRIPCgdzZWNvbmRzGAIgASgBKlAKCEJvZHlSb2xlEhkKFUJPRFlfUk9MRV9VTlNQRUNJRklFRBAAEhMKD0JPRFlfUk9MRV9DTE9USBABEhQKEEJPRFlfUk9MRV9GSUdVUkUQAipQCghFbmNvZGluZxIYChRFTkNPRElOR19VTlNQRUNJRklFRBAAEhQKEEVOQ09ESU5HX1JBV19GMzIQARIUChBFTkNPRElOR19SQVdfRjY0EAIqpAEKBUZpZWxkEhUKEUZJRUxEX1VOU1BFQ0lGSUVEEAASEwoPRklFTERfUE9TSVRJT05TEAESFAoQRklFTERfVkVMT0NJVElFUxACEhcKE0ZJRUxEX1BMQVNUSUNfUkFUSU8QAxIVChFGSUVMRF9TVFJFU1NfTk9STRAEEhAKDEZJRUxEX0ZPUkNFUxAFEhcKE0ZJRUxEX0FDQ0VMRVJBVElPTlMQBipACgRBeGlzEhQKEEFYSVNfVU5TUEVDSUZJRUQQABIKCgZBWElTX1gQARIKCgZBWElTX1kQAhIKCgZBWElTX1oQAyqNAwoJVGltZUJvdW5kEhoKFlRJTUVfQk9VTkRfVU5TUEVDSUZJRUQQABIbChdUSU1FX0JPVU5EX0VMQVNUSUNfV0FWRRABEiAKHFRJTUVfQk9VTkRfSVNPTEFURURfUEFSVElDTEUQAhIdChlUSU1FX0JPVU5EX1BBUlRJQ0xFX1NQRUVEEAMSIAocVElNRV9CT1VORF9WRUxPQ0lUWV9HUkFESUVOVBAEEh0KGVRJTUVfQk9VTkRfQ09MTElERVJfU1BFRUQQBRIUChBUSU1FX0JPVU5EX0ZJWEVEEAYSFAoQVElNRV9CT1VORF9GUkFNRRAHEhgKFFRJTUVfQk9VTkRfU1RJRkZORVNTEAgSFgoSVElNRV9CT1VORF9EQU1QSU5HEAkSGQoVVElNRV9CT1VORF9BQ0NFUFRBTkNFEAoSGAoUVElNRV9CT1VORF9UT0xFUkFOQ0UQCxIbChdUSU1FX0JPVU5EX1NQUklOR19TUEVFRBAMEhUKEVRJTUVfQk9VTkRfTUVESVVNEA0qmgIKDFNvbHZlT3V0Y29tZRIdChlTT0xWRV9PVVRDT01FX1VOU1BFQ0lGSUVEEAASGwoXU09MVkVfT1VUQ09NRV9DT05WRVJHRUQQARIfChtTT0xWRV9PVVRDT01FX0lURVJBVElPTl9DQVAQAhIkCiBTT0xWRV9PVVRDT01FX05FR0FUSVZFX0NVUlZBVFVSRRADEiAKHFNPTFZFX09VVENPTUVfWkVST19DVVJWQVRVUkUQBBIaChZTT0xWRV9PVVRDT01FX1NJTkdVTEFSEAUSHAoYU09MVkVfT1VUQ09NRV9OT1RfRklOSVRFEAYSKwonU09MVkVfT1VUQ09NRV9JTkRFRklOSVRFX1BSRUNPTkRJVElPTkVSEAdiBnByb3RvMw");
+  fileDesc("ChRuYXBwZS92MS9mcmFtZS5wcm90bxIIbmFwcGUudjEigAIKDEJvZHlUb3BvbG9neRIMCgRuYW1lGAEgASgJEhYKDmZpcnN0X3BhcnRpY2xlGAIgASgNEhYKDnBhcnRpY2xlX2NvdW50GAMgASgNEhUKDXRyaWFuZ2xlc191MzIYBCABKAwSEwoLc3ByaW5nc191MzIYBSABKAwSEAoIcGluc191MzIYBiABKAwSDgoGdXZfZjMyGAcgASgMEhIKBWNvbG9yGAggASgNSACIAQESIAoEcm9sZRgJIAEoDjISLm5hcHBlLnYxLkJvZHlSb2xlEhAKCG1hc3NfZjMyGAogASgMEhIKCnZvbHVtZV9mMzIYCyABKAxCCAoGX2NvbG9yIukCCg1Db2xsaWRlclNoYXBlEgwKBG5hbWUYASABKAkSIwoIdmVsb2NpdHkYCCABKAsyES5uYXBwZS52MS5WZWN0b3IzEiUKBXBsYW5lGAIgASgLMhQubmFwcGUudjEuUGxhbmVTaGFwZUgAEicKBnNwaGVyZRgDIAEoCzIVLm5hcHBlLnYxLlNwaGVyZVNoYXBlSAASKQoHY2Fwc3VsZRgEIAEoCzIWLm5hcHBlLnYxLkNhcHN1bGVTaGFwZUgAEiEKA2JveBgFIAEoCzISLm5hcHBlLnYxLkJveFNoYXBlSAASKwoIY3lsaW5kZXIYBiABKAsyFy5uYXBwZS52MS5DeWxpbmRlclNoYXBlSAASLAoJaGFsZl9waXBlGAcgASgLMhcubmFwcGUudjEuSGFsZlBpcGVTaGFwZUgAEiMKBG1lc2gYCSABKAsyEy5uYXBwZS52MS5NZXNoU2hhcGVIAEIHCgVzaGFwZSJRCgpQbGFuZVNoYXBlEiAKBXBvaW50GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIhCgZub3JtYWwYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzIkAKC1NwaGVyZVNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSDgoGcmFkaXVzGAIgASgBImAKDENhcHN1bGVTaGFwZRIgCgVzdGFydBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHgoDZW5kGAIgASgLMhEubmFwcGUudjEuVmVjdG9yMxIOCgZyYWRpdXMYAyABKAEimwEKCEJveFNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSJgoLaGFsZl9leHRlbnQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEiEKBmF4aXNfeBgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGYXhpc195GAQgASgLMhEubmFwcGUudjEuVmVjdG9yMyJhCg1DeWxpbmRlclNoYXBlEiAKBXN0YXJ0GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIeCgNlbmQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgDIAEoASKBAQoNSGFsZlBpcGVTaGFwZRIgCgVwb2ludBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHwoEYXhpcxgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHQoCdXAYAyABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgEIAEoASJZCglNZXNoU2hhcGUSEgoKcG9pbnRzX2YzMhgBIAEoDBIVCg10cmlhbmdsZXNfdTMyGAIgASgMEiEKBm9yaWdpbhgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMiKgoHVmVjdG9yMxIJCgF4GAEgASgBEgkKAXkYAiABKAESCQoBehgDIAEoASI4CgpRdWF0ZXJuaW9uEgkKAXgYASABKAESCQoBeRgCIAEoARIJCgF6GAMgASgBEgkKAXcYBCABKAEiZQoMQ29sbGlkZXJQb3NlEgwKBG5hbWUYASABKAkSIwoIcG9zaXRpb24YAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEiIKBHR1cm4YAyABKAsyFC5uYXBwZS52MS5RdWF0ZXJuaW9uIsABCghUb3BvbG9neRITCgt0b3BvbG9neV9pZBgBIAEoDRIWCg5wYXJ0aWNsZV9jb3VudBgCIAEoDRImCgZib2RpZXMYAyADKAsyFi5uYXBwZS52MS5Cb2R5VG9wb2xvZ3kSKgoJY29sbGlkZXJzGAQgAygLMhcubmFwcGUudjEuQ29sbGlkZXJTaGFwZRIeCgVjaHVuaxgFIAEoCzIPLm5hcHBlLnYxLkNodW5rEhMKC3Nlc3Npb25fdWlkGAYgASgJIr8BCglGaWVsZERhdGESHgoFZmllbGQYASABKA4yDy5uYXBwZS52MS5GaWVsZBIkCghlbmNvZGluZxgCIAEoDjISLm5hcHBlLnYxLkVuY29kaW5nEhYKDmZpcnN0X3BhcnRpY2xlGAMgASgNEgwKBGRhdGEYBCABKAwSEgoFc2NhbGUYBSABKAFIAIgBARIYCgtlcnJvcl9ib3VuZBgGIAEoAUgBiAEBQggKBl9zY2FsZUIOCgxfZXJyb3JfYm91bmQiJQoFQ2h1bmsSDQoFaW5kZXgYASABKA0SDQoFY291bnQYAiABKA0i7QIKBUZyYW1lEg0KBWZyYW1lGAEgASgEEgwKBHN0ZXAYAiABKAQSFAoMdGltZV9zZWNvbmRzGAMgASgBEhcKCnN0YXRlX2hhc2gYBCABKAZIAIgBARITCgt0b3BvbG9neV9pZBgFIAEoDRIjCgZmaWVsZHMYBiADKAsyEy5uYXBwZS52MS5GaWVsZERhdGESHgoFY2h1bmsYByABKAsyDy5uYXBwZS52MS5DaHVuaxIVCg1kcm9wcGVkX2NvdW50GAggASgEEioKC2RpYWdub3N0aWNzGAkgASgLMhUubmFwcGUudjEuRGlhZ25vc3RpY3MSIQoEZ3JpZBgKIAEoCzITLm5hcHBlLnYxLkdyaWRGaWVsZBIlCgVwb3NlcxgLIAMoCzIWLm5hcHBlLnYxLkNvbGxpZGVyUG9zZRIiCgdjYXJyaWVkGAwgASgLMhEubmFwcGUudjEuQ2FycmllZEINCgtfc3RhdGVfaGFzaCIrCgdDYXJyaWVkEg8KB251bWJlcnMYASADKAESDwoHbWlzc2luZxgCIAMoCSKGAQoLR3JpZFJlcXVlc3QSIQoDYWxsGAEgASgLMhIubmFwcGUudjEuQWxsTm9kZXNIABIlCgVzbGljZRgCIAEoCzIULm5hcHBlLnYxLlNsaWNlTm9kZXNIABIRCgltYXhfbm9kZXMYAyABKA0SDQoFZm9yY2UYBCABKAhCCwoJc2VsZWN0aW9uIgoKCEFsbE5vZGVzIj4KClNsaWNlTm9kZXMSHAoEYXhpcxgBIAEoDjIOLm5hcHBlLnYxLkF4aXMSEgoKY29vcmRpbmF0ZRgCIAEoASKLAQoJR3JpZEZpZWxkEgwKBGNlbGwYASABKAESEQoJaW5kZXhfaTMyGAIgASgMEhAKCG1hc3NfZjMyGAMgASgMEhQKDHZlbG9jaXR5X2YzMhgEIAEoDBIOCgZzdHJpZGUYBSABKA0SEgoKbm9kZV9jb3VudBgGIAEoBBIRCglmb3JjZV9mMzIYByABKAwivgQKC0RpYWdub3N0aWNzEgwKBHN0ZXAYASABKAQSFAoMdGltZV9zZWNvbmRzGAIgASgBEg0KBWZyYW1lGAMgASgEEhYKDmtpbmV0aWNfZW5lcmd5GAQgASgBEhYKDmVsYXN0aWNfZW5lcmd5GAUgASgBEhwKFGdyYXZpdGF0aW9uYWxfZW5lcmd5GAYgASgBEiMKCG1vbWVudHVtGAcgASgLMhEubmFwcGUudjEuVmVjdG9yMxITCgttYXhfc3RyZXRjaBgIIAEoARIVCg1jb250YWN0X2NvdW50GAkgASgEEiQKBXNvbHZlGAogASgLMhUubmFwcGUudjEuU29sdmVSZXBvcnQSIwoGc3RhZ2VzGAsgAygLMhMubmFwcGUudjEuU3RhZ2VUaW1lEhQKDHN0ZXBfc2Vjb25kcxgMIAEoARInCgRzbm93GA0gASgLMhkubmFwcGUudjEuU25vd0RpYWdub3N0aWNzEiIKB25vdGljZXMYDiABKAsyES5uYXBwZS52MS5Ob3RpY2VzEiMKBWNsb3RoGA8gASgLMhQubmFwcGUudjEuQ2xvdGhTdGVwcxIVCg1leHRlcm5hbF93b3JrGBAgASgBEiUKBWxvYWRzGBEgAygLMhYubmFwcGUudjEuQ29sbGlkZXJMb2FkEigKB3N1cmZhY2UYEiABKAsyFy5uYXBwZS52MS5TdXJmYWNlUmVwb3J0EiIKBHJlc3QYEyABKAsyFC5uYXBwZS52MS5SZXN0UmVwb3J0IoICCgpSZXN0UmVwb3J0EhIKCmNhbG1fc2hhcmUYASABKAESDgoGcGllY2VzGAIgASgEEhMKC2NhbG1fcGllY2VzGAMgASgEEg0KBXdheV9tGAQgASgBEhAKCGNoYW5nZV9tGAUgASgBEhMKC2F3YWtlX3NoYXJlGAYgASgBEhUKDXBpZWNlc19hc2xlZXAYByABKAQSDgoGdG9sZF9tGAggASgBEhIKCmxvbmdfc3RlcHMYCSABKAQSDQoFd2FrZXMYCiABKAQSLAoKd2FrZV9jYXVzZRgLIAEoDjITLm5hcHBlLnYxLldha2VDYXVzZUgAiAEBQg0KC193YWtlX2NhdXNlItkBCg1TdXJmYWNlUmVwb3J0Eg0KBXBhaXJzGAEgASgEEg4KBmFjdGl2ZRgCIAEoBBIOCgZyb3VuZHMYAyABKA0SGAoLbGVhc3RfZ2FwX20YBCABKAFIAIgBARIOCgZmYWlsZWQYBSABKAQSFgoJY3Jvc3NpbmdzGAYgASgESAGIAQESDwoHeWllbGRfbRgHIAEoARIQCgh5aWVsZGluZxgIIAEoBBIWCg5sYXJnZXN0X3B1c2hfbhgJIAEoAUIOCgxfbGVhc3RfZ2FwX21CDAoKX2Nyb3NzaW5ncyJzCgxDb2xsaWRlckxvYWQSDAoEbmFtZRgBIAEoCRIgCgVmb3JjZRgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGdG9ycXVlGAMgASgLMhEubmFwcGUudjEuVmVjdG9yMxIQCghjb250YWN0cxgEIAEoBCKsAgoHTm90aWNlcxIVCg1jYXBwZWRfc29sdmVzGAEgASgEEhkKEWluZGVmaW5pdGVfc29sdmVzGAIgASgEEhgKEHBhc3NlZF9wYXJ0aWNsZXMYAyABKAQSFgoOcmVqZWN0ZWRfc3RlcHMYBCABKAQSGQoRcGluY2hlZF9wYXJ0aWNsZXMYBSABKAQSGAoQeWllbGRpbmdfY29ybmVycxgGIAEoBBIWCg50b3JuX3BhcnRpY2xlcxgHIAEoBBIgChNmaXJzdF90b3JuX3BhcnRpY2xlGAggASgESACIAQESHwoSZmlyc3RfdG9ybl9zZWNvbmRzGAkgASgBSAGIAQFCFgoUX2ZpcnN0X3Rvcm5fcGFydGljbGVCFQoTX2ZpcnN0X3Rvcm5fc2Vjb25kcyKwAgoKQ2xvdGhTdGVwcxIQCghzdWJzdGVwcxgBIAEoDRIQCghyZWplY3RlZBgCIAEoDRISCgpkdF9zZWNvbmRzGAMgASgBEiIKBWJvdW5kGAQgASgOMhMubmFwcGUudjEuVGltZUJvdW5kEhsKDmJvdW5kX3BhcnRpY2xlGAUgASgESACIAQESFQoNYm91bmRfc2Vjb25kcxgGIAEoARIRCgllcnJvcl9ybXMYByABKAESFQoNZXJyb3JfbGFyZ2VzdBgIIAEoARIbCg5wcmVjb25kaXRpb25lchgJIAEoCUgBiAEBEhUKDXNvbHZlX2Vycm9yX20YCiABKAESDgoGc29sdmVzGAsgASgNQhEKD19ib3VuZF9wYXJ0aWNsZUIRCg9fcHJlY29uZGl0aW9uZXIi4QMKD1Nub3dEaWFnbm9zdGljcxIQCghzdWJzdGVwcxgBIAEoDRISCgpkdF9zZWNvbmRzGAIgASgBEiIKBWJvdW5kGAMgASgOMhMubmFwcGUudjEuVGltZUJvdW5kEhsKDmJvdW5kX3BhcnRpY2xlGAQgASgESACIAQESFQoNYm91bmRfc2Vjb25kcxgFIAEoARIMCgRtYXNzGAYgASgBEhcKD2dyaWRfbWFzc19lcnJvchgHIAEoARIVCg1wbGFzdGljX2NvdW50GAggASgEEhYKDmludmVydGVkX2NvdW50GAkgASgEEhUKDWNsYW1wZWRfY291bnQYCiABKAQSFwoPYmFsbGlzdGljX2NvdW50GAsgASgEEhkKEW1pbl9wbGFzdGljX3JhdGlvGAwgASgBEhkKEW1heF9wbGFzdGljX3JhdGlvGA0gASgBEhEKCW1heF9zcGVlZBgOIAEoARIYChBkcm9wcGVkX21vbWVudHVtGA8gASgBEisKEGFuZ3VsYXJfbW9tZW50dW0YECABKAsyES5uYXBwZS52MS5WZWN0b3IzEhMKC2Jsb2NrX2NvdW50GBEgASgEEhIKCnRvcm5fY291bnQYEiABKARCEQoPX2JvdW5kX3BhcnRpY2xlImUKC1NvbHZlUmVwb3J0EicKB291dGNvbWUYASABKA4yFi5uYXBwZS52MS5Tb2x2ZU91dGNvbWUSEgoKaXRlcmF0aW9ucxgCIAEoDRIZChFyZWxhdGl2ZV9yZXNpZHVhbBgDIAEoASIrCglTdGFnZVRpbWUSDQoFc3RhZ2UYASABKAkSDwoHc2Vjb25kcxgCIAEoASpQCghCb2R5Um9sZRIZChVCT0RZX1JPTEVfVU5TUEVDSUZJRUQQABITCg9CT0RZX1JPTEVfQ0xPVEgQARIUChBCT0RZX1JPTEVfRklHVVJFEAIqUAoIRW5jb2RpbmcSGAoURU5DT0RJTkdfVU5TUEVDSUZJRUQQABIUChBFTkNPRElOR19SQVdfRjMyEAESFAoQRU5DT0RJTkdfUkFXX0Y2NBACKqQBCgVGaWVsZBIVChFGSUVMRF9VTlNQRUNJRklFRBAAEhMKD0ZJRUxEX1BPU0lUSU9OUxABEhQKEEZJRUxEX1ZFTE9DSVRJRVMQAhIXChNGSUVMRF9QTEFTVElDX1JBVElPEAMSFQoRRklFTERfU1RSRVNTX05PUk0QBBIQCgxGSUVMRF9GT1JDRVMQBRIXChNGSUVMRF9BQ0NFTEVSQVRJT05TEAYqQAoEQXhpcxIUChBBWElTX1VOU1BFQ0lGSUVEEAASCgoGQVhJU19YEAESCgoGQVhJU19ZEAISCgoGQVhJU19aEAMqwQEKCVdha2VDYXVzZRIaChZXQUtFX0NBVVNFX1VOU1BFQ0lGSUVEEAASEwoPV0FLRV9DQVVTRV9DQUxMEAESFAoQV0FLRV9DQVVTRV9GT1JDRRACEhMKD1dBS0VfQ0FVU0VfV0lORBADEhIKDldBS0VfQ0FVU0VfUElOEAQSFwoTV0FLRV9DQVVTRV9DT0xMSURFUhAFEhUKEVdBS0VfQ0FVU0VfTU9USU9OEAYSFAoQV0FLRV9DQVVTRV9FUlJPUhAHKo0DCglUaW1lQm91bmQSGgoWVElNRV9CT1VORF9VTlNQRUNJRklFRBAAEhsKF1RJTUVfQk9VTkRfRUxBU1RJQ19XQVZFEAESIAocVElNRV9CT1VORF9JU09MQVRFRF9QQVJUSUNMRRACEh0KGVRJTUVfQk9VTkRfUEFSVElDTEVfU1BFRUQQAxIgChxUSU1FX0JPVU5EX1ZFTE9DSVRZX0dSQURJRU5UEAQSHQoZVElNRV9CT1VORF9DT0xMSURFUl9TUEVFRBAFEhQKEFRJTUVfQk9VTkRfRklYRUQQBhIUChBUSU1FX0JPVU5EX0ZSQU1FEAcSGAoUVElNRV9CT1VORF9TVElGRk5FU1MQCBIWChJUSU1FX0JPVU5EX0RBTVBJTkcQCRIZChVUSU1FX0JPVU5EX0FDQ0VQVEFOQ0UQChIYChRUSU1FX0JPVU5EX1RPTEVSQU5DRRALEhsKF1RJTUVfQk9VTkRfU1BSSU5HX1NQRUVEEAwSFQoRVElNRV9CT1VORF9NRURJVU0QDSqaAgoMU29sdmVPdXRjb21lEh0KGVNPTFZFX09VVENPTUVfVU5TUEVDSUZJRUQQABIbChdTT0xWRV9PVVRDT01FX0NPTlZFUkdFRBABEh8KG1NPTFZFX09VVENPTUVfSVRFUkFUSU9OX0NBUBACEiQKIFNPTFZFX09VVENPTUVfTkVHQVRJVkVfQ1VSVkFUVVJFEAMSIAocU09MVkVfT1VUQ09NRV9aRVJPX0NVUlZBVFVSRRAEEhoKFlNPTFZFX09VVENPTUVfU0lOR1VMQVIQBRIcChhTT0xWRV9PVVRDT01FX05PVF9GSU5JVEUQBhIrCidTT0xWRV9PVVRDT01FX0lOREVGSU5JVEVfUFJFQ09ORElUSU9ORVIQB2IGcHJvdG8z");
 
 /**
  * One body of the scene, and which particles are its own.
@@ -799,7 +799,8 @@ export type Carried = Message<"nappe.v1.Carried"> & {
 
   /**
    * What steps depend on, too, and no number says: `calls` (gravity, wind, parameters, forces, pulls or ways that calls have changed), `past`
-   * (the step before, of integrators that know of it), `warm_start`, `patches`, `pins`.
+   * (the step before, of integrators that know of it), `warm_start`, `patches`, `pins`,
+   * `rest`.
    *
    * @generated from field: repeated string missing = 2;
    */
@@ -1119,7 +1120,7 @@ export const DiagnosticsSchema: GenMessage<Diagnostics> = /*@__PURE__*/
   messageDesc(file_nappe_v1_frame, 21);
 
 /**
- * How still cloth lies, watched over windows of eight steps of the scene. No step depends on it. A piece is what springs and
+ * How still cloth lies, watched over windows of eight steps of the scene, and what of it sleeps. A piece is what springs and
  * elements hold together; a particle without them is one by itself.
  *
  * @generated from message nappe.v1.RestReport
@@ -1160,6 +1161,48 @@ export type RestReport = Message<"nappe.v1.RestReport"> & {
    * @generated from field: double change_m = 5;
    */
   changeM: number;
+
+  /**
+   * Share of the particles that are awake, from 0 to 1. What sleeps is stepped seldom.
+   *
+   * @generated from field: double awake_share = 6;
+   */
+  awakeShare: number;
+
+  /**
+   * Pieces that sleep.
+   *
+   * @generated from field: uint64 pieces_asleep = 7;
+   */
+  piecesAsleep: bigint;
+
+  /**
+   * An estimate of how far off positions are since cloth slept (m), of the body that is off most.
+   *
+   * @generated from field: double told_m = 8;
+   */
+  toldM: number;
+
+  /**
+   * Long steps that bodies have taken since their beginning.
+   *
+   * @generated from field: uint64 long_steps = 9;
+   */
+  longSteps: bigint;
+
+  /**
+   * How often bodies were woken since their beginning.
+   *
+   * @generated from field: uint64 wakes = 10;
+   */
+  wakes: bigint;
+
+  /**
+   * Why the one that woke last did. Absent where none has.
+   *
+   * @generated from field: optional nappe.v1.WakeCause wake_cause = 11;
+   */
+  wakeCause?: WakeCause | undefined;
 };
 
 /**
@@ -1217,6 +1260,27 @@ export type SurfaceReport = Message<"nappe.v1.SurfaceReport"> & {
    * @generated from field: optional uint64 crossings = 6;
    */
   crossings?: bigint | undefined;
+
+  /**
+   * How far the corner of a figure that is farthest from its frame is off it, at the end of the step (m). 0 without figures.
+   *
+   * @generated from field: double yield_m = 7;
+   */
+  yieldM: number;
+
+  /**
+   * Corners of figures that are more than 1 mm off their frames, at the end of the step.
+   *
+   * @generated from field: uint64 yielding = 8;
+   */
+  yielding: bigint;
+
+  /**
+   * The largest force with which a pair pushed in the last solve of a sub-step, over all sub-steps (N). 0 where none pushed.
+   *
+   * @generated from field: double largest_push_n = 9;
+   */
+  largestPushN: number;
 };
 
 /**
@@ -1311,6 +1375,35 @@ export type Notices = Message<"nappe.v1.Notices"> & {
    * @generated from field: uint64 pinched_particles = 5;
    */
   pinchedParticles: bigint;
+
+  /**
+   * Corners of figures that cloth holds more than 1 mm off their frames, each once per sub-step at the end of which it was.
+   *
+   * @generated from field: uint64 yielding_corners = 6;
+   */
+  yieldingCorners: bigint;
+
+  /**
+   * Particles of objects of snow without plasticity that are stretched farther than the cells of the grid can bear, each once
+   * per step of the scene at whose end it is: no law of theirs lets them break, and they tear.
+   *
+   * @generated from field: uint64 torn_particles = 7;
+   */
+  tornParticles: bigint;
+
+  /**
+   * The first of them, over all particles. Absent if there is none.
+   *
+   * @generated from field: optional uint64 first_torn_particle = 8;
+   */
+  firstTornParticle?: bigint | undefined;
+
+  /**
+   * When it was first torn: simulated time at the end of that step (s). Absent if there is none.
+   *
+   * @generated from field: optional double first_torn_seconds = 9;
+   */
+  firstTornSeconds?: number | undefined;
 };
 
 /**
@@ -1539,6 +1632,13 @@ export type SnowDiagnostics = Message<"nappe.v1.SnowDiagnostics"> & {
    * @generated from field: uint64 block_count = 17;
    */
   blockCount: bigint;
+
+  /**
+   * Particles that are stretched farther than the cells of the grid can bear, also of objects that may break.
+   *
+   * @generated from field: uint64 torn_count = 18;
+   */
+  tornCount: bigint;
 };
 
 /**
@@ -1772,6 +1872,75 @@ export const AxisSchema: GenEnum<Axis> = /*@__PURE__*/
   enumDesc(file_nappe_v1_frame, 3);
 
 /**
+ * Why a body that slept is awake.
+ *
+ * @generated from enum nappe.v1.WakeCause
+ */
+export enum WakeCause {
+  /**
+   * What proto3 reads where the value is missing; the server always sets one of those below.
+   *
+   * @generated from enum value: WAKE_CAUSE_UNSPECIFIED = 0;
+   */
+  UNSPECIFIED = 0,
+
+  /**
+   * A call changed it, or gravity, the wind, drag or air.
+   *
+   * @generated from enum value: WAKE_CAUSE_CALL = 1;
+   */
+  CALL = 1,
+
+  /**
+   * A force began or ended to act on it, or it is pulled.
+   *
+   * @generated from enum value: WAKE_CAUSE_FORCE = 2;
+   */
+  FORCE = 2,
+
+  /**
+   * The wind that it feels changed.
+   *
+   * @generated from enum value: WAKE_CAUSE_WIND = 3;
+   */
+  WIND = 3,
+
+  /**
+   * One of its pins is on its way.
+   *
+   * @generated from enum value: WAKE_CAUSE_PIN = 4;
+   */
+  PIN = 4,
+
+  /**
+   * A collider that moves came within reach of it.
+   *
+   * @generated from enum value: WAKE_CAUSE_COLLIDER = 5;
+   */
+  COLLIDER = 5,
+
+  /**
+   * A long step found that it moves.
+   *
+   * @generated from enum value: WAKE_CAUSE_MOTION = 6;
+   */
+  MOTION = 6,
+
+  /**
+   * What is told of its error came above that of the scene: it stays awake.
+   *
+   * @generated from enum value: WAKE_CAUSE_ERROR = 7;
+   */
+  ERROR = 7,
+}
+
+/**
+ * Describes the enum nappe.v1.WakeCause.
+ */
+export const WakeCauseSchema: GenEnum<WakeCause> = /*@__PURE__*/
+  enumDesc(file_nappe_v1_frame, 4);
+
+/**
  * What bounds a step of snow or of cloth.
  *
  * @generated from enum nappe.v1.TimeBound
@@ -1880,7 +2049,7 @@ export enum TimeBound {
  * Describes the enum nappe.v1.TimeBound.
  */
 export const TimeBoundSchema: GenEnum<TimeBound> = /*@__PURE__*/
-  enumDesc(file_nappe_v1_frame, 4);
+  enumDesc(file_nappe_v1_frame, 5);
 
 /**
  * How the linear solver ended.
@@ -1949,5 +2118,5 @@ export enum SolveOutcome {
  * Describes the enum nappe.v1.SolveOutcome.
  */
 export const SolveOutcomeSchema: GenEnum<SolveOutcome> = /*@__PURE__*/
-  enumDesc(file_nappe_v1_frame, 5);
+  enumDesc(file_nappe_v1_frame, 6);
 

@@ -32,7 +32,8 @@ fn sheet(sides: [usize; 2]) -> Network {
 }
 
 fn surroundings(interrupt: &Interrupt) -> Surroundings<'_> {
-    Surroundings { dt: 0.02, gravity: [0.0; 3], wind: [0.0; 3], colliders: &[], time: 0.0, interrupt }
+    let (gravity, wind) = ([0.0; 3], [0.0; 3]);
+    Surroundings { dt: 0.02, gravity, wind, colliders: &[], time: 0.0, steps: 1.0, interrupt }
 }
 
 /// The sheet above itself, joined along a side.

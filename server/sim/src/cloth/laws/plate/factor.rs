@@ -212,7 +212,10 @@ fn relax(patch: &Patch, elements: &[Element], z: &mut [[f64; 3]]) -> Option<()> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::TriangleMesh;
+    use crate::{
+        math::array::{cross, dot, length, minus},
+        mesh::TriangleMesh,
+    };
 
     const CELLS: usize = 40;
 
@@ -251,17 +254,49 @@ mod tests {
         sheet([CELLS; 2], |column, row| noise(CELLS * row + column) > 0.0)
     }
 
-    /// Inner points are moved by up to 0.15 of a cell.
-    fn irregular() -> TriangleMesh {
-        let mut mesh = random();
+    /// A mesh whose inner points are moved along each axis by up to so much (m).
+    fn moved(mut mesh: TriangleMesh, most: f64) -> TriangleMesh {
         for row in 1..CELLS {
             for column in 1..CELLS {
                 let point = row * (CELLS + 1) + column;
-                mesh.points[point][0] += 0.0015 * noise(3 * point);
-                mesh.points[point][2] += 0.0015 * noise(3 * point + 1);
+                mesh.points[point][0] += most * noise(3 * point);
+                mesh.points[point][2] += most * noise(3 * point + 1);
             }
         }
         mesh
+    }
+
+    /// Points are moved by up to a quarter of a cell, and edges are those of Delaunay.
+    fn irregular() -> TriangleMesh {
+        let mut mesh = moved(one_way(), 0.0025);
+        while turn_edges(&mut mesh) > 0 {}
+        mesh
+    }
+
+    /// Turns edges whose opposite angles are more than half a circle together (Lawson 1977), of each triangle one at most; gives
+    /// how many.
+    fn turn_edges(mesh: &mut TriangleMesh) -> usize {
+        let around = mesh.surrounded();
+        let neighbours = Neighbourhood::new(&mesh.points, &around).neighbours;
+        let points = &mesh.points;
+        let angle = |at: u32, one: u32, other: u32| {
+            let [at, one, other] = [at, one, other].map(|point| points[point as usize]);
+            let (first, second) = (minus(one, at), minus(other, at));
+            libm::atan2(length(cross(first, second)), dot(first, second))
+        };
+        let (mut is_turned, mut count) = (vec![false; around.len()], 0);
+        for (triangle, particles) in around.iter().enumerate() {
+            for k in 0..3 {
+                let Some(other) = neighbours[triangle][k].map(|other| other as usize) else { continue };
+                let [c, a, b, d] = [k, (k + 1) % 3, (k + 2) % 3, 3 + k].map(|corner| particles[corner]);
+                let opposite = angle(c, a, b) + angle(d, a, b);
+                if opposite > std::f64::consts::PI + 1e-9 && !is_turned[triangle] && !is_turned[other] {
+                    (mesh.triangles[triangle], mesh.triangles[other]) = ([a, d, c], [d, b, c]);
+                    (is_turned[triangle], is_turned[other], count) = (true, true, count + 1);
+                }
+            }
+        }
+        count
     }
 
     fn of(mesh: &TriangleMesh) -> Bending {
@@ -287,6 +322,7 @@ mod tests {
             ("one way", one_way()),
             ("alternating", alternating()),
             ("random", random()),
+            ("moved", moved(random(), 0.0015)),
             ("irregular", irregular()),
         ] {
             let around = mesh.surrounded();
