@@ -52,7 +52,7 @@ fn a_plan_says_what_sleep_saves_and_how_far_it_moves_the_answer() {
 #[test]
 fn what_takes_no_long_steps_has_nothing_said_of_sleep() {
     for rest in ["", "rest = { error = 1e-3 }\n"] {
-        let found = planned("velocity_verlet", rest);
+        let found = planned("implicit_midpoint_absolute", rest);
         assert!(found.is_met && found.rested.is_none(), "{rest}: {:?}", found.verified);
     }
 }

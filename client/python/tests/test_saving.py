@@ -60,7 +60,9 @@ def diagnostics_of(step: int) -> Diagnostics:
         notices=Notices(1, 2, 3, 4, 5, 6, 7, None, None),
         cloth=None if step % 3 == 0 else cloth,
         surface=None if step % 3 == 0 else made(SurfaceReport, pairs=12, least_gap_m=0.0015, crossings=None),
-        rest=None if step % 3 == 0 else RestReport(0.25, 4, 1, 0.001, 0.0001),
+        rest=None
+        if step % 3 == 0
+        else made(RestReport, calm_share=0.25, pieces=4, change_m=0.0001, wake_cause="motion"),
     )
 
 
@@ -418,7 +420,7 @@ def test_diagnostics_are_columns_with_nothing_where_nothing_is() -> None:
     rows = trajectory().diagnostics
     assert (rows.shape, rows["momentum"].shape, rows["snow_angular_momentum"].shape) == ((40,), (40, 3), (40, 3))
     numbers = [name for name in rows.dtype.names if rows.dtype[name].base.kind != "U"]
-    words = {"solve_outcome", "snow_bound", "cloth_bound", "cloth_preconditioner"}
+    words = {"solve_outcome", "snow_bound", "cloth_bound", "cloth_preconditioner", "rest_wake_cause"}
     assert words == set(rows.dtype.names) - set(numbers)
     assert {rows.dtype[name].base for name in numbers} == {np.dtype(np.float64)}
     assert not any("stages" in name for name in rows.dtype.names)

@@ -243,7 +243,9 @@ def test_a_session_that_was_saved_goes_on_to_the_bit(server: nappe.Server, tmp_p
         assert session.save(path) == path and [file.name for file in tmp_path.iterdir()] == [path.name]
         with server.create(checkpoint=path) as again:
             assert (again.steps_taken, again.state_hash) == (7, session.state_hash)
-            assert again.step(9).state_hash == session.step(9).state_hash
+            again.step(9)
+            session.step(9)
+            assert again.state_hash == session.state_hash
     with pytest.raises(nappe.NotFound):
         session.save(path)
     assert path.stat().st_size > 1000 and [file.name for file in tmp_path.iterdir()] == [path.name]

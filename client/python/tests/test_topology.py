@@ -220,7 +220,10 @@ def test_pieces_out_of_order_or_of_different_topologies_are_refused() -> None:
         (lambda t: setattr(t.bodies[0], "uv_f32", b"\0" * 33), "uv_f32 of body 'flag' take 33 bytes, no multiple of 8"),
         (lambda t: setattr(t.bodies[0], "uv_f32", b"\0" * 24), "body 'flag' has 3 texture coordinates for 4 particles"),
         (lambda t: setattr(t.bodies[0], "uv_f32", b"\0" * 40), "body 'flag' has 5 texture coordinates for 4 particles"),
-        (lambda t: setattr(t.bodies[0], "mass_f32", b"\0" * 8), "mass_f32 of body 'flag' has 2 numbers for 4 particles"),
+        (
+            lambda t: setattr(t.bodies[0], "mass_f32", b"\0" * 8),
+            "mass_f32 of body 'flag' has 2 numbers for 4 particles",
+        ),
         (
             lambda t: setattr(t.bodies[2], "volume_f32", packed(1.0, math.nan, dtype="<f4")),
             "volume_f32 of body 'snow' has 2 numbers for 2 particles, all of which have to be finite",

@@ -58,7 +58,7 @@ const TRIANGLE_IN_AIR: [Cost; 2] = [cost(22.0, 22.0), cost(13.0, 13.0)];
 /// Its box in the tree of its surface, and the list of triangles about each particle; pairs that may meet are counted once they are found. While the
 /// session is built it has no box yet, and the first step begins when all that the build alone needs is gone.
 const TRIANGLE_APART: Cost = cost(300.0, 420.0);
-const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 250.0), cost(205.0, 200.0)];
+const SNOW_PARTICLE: [Cost; 2] = [cost(321.0, 266.0), cost(221.0, 216.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
 /// A point and a triangle of a collider's mesh while it is closed; what its solid takes is counted in bytes.
 const COLLIDER_POINT: Cost = cost(80.0, 0.0);

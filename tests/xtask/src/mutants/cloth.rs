@@ -102,7 +102,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(111, "cloth/laws/spring.rs", "(elastic - across + viscous)", "(elastic - across)"),
     expression(112, "cloth/evaluate/external.rs", "m + self.drag * h", "m"),
     expression(113, "cloth/evaluate/spring_sums.rs", "b * along", "P::zero()"),
-    expression(114, "cloth/evaluate/step_matrix.rs", "row[c].where_positive(inv_m)", "row[c]"),
+    expression(114, "cloth/evaluate/step_matrix.rs", "row[c].where_positive(moves)", "row[c]"),
     text(115, "cloth/evaluate/step_matrix.rs", "                blocks[place(end.other)] -= block;", "                if crate::mutant(115) { blocks[place(end.other)] += block; } else { blocks[place(end.other)] -= block; }"),
     expression(116, "cloth/integrate/explicit_euler.rs", "MovedBy::Old", "MovedBy::New"),
     expression(117, "cloth/integrate/symplectic_euler.rs", "MovedBy::New", "MovedBy::Old"),

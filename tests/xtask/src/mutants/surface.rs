@@ -44,7 +44,7 @@ pub(super) const PATCHES: [Patch; 13] = [
     expression(203, "cloth/contact/ways.rs", "x + expectedly", "x"),
     expression(204, "cloth/contact/rounds.rs", "self.search.ways.left(&self.ends[0][..model.count])", "None"),
     expression(205, "cloth/contact/hold.rs", "pull > SHORT && round >= LATE", "false"),
-    text(206, "cloth/contact/rounds.rs", "                Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), sub_step, walls);", "                if !crate::mutant(206) { Wall::list(model, block, colliders, ([&state.x, &state.v], &search.ways), sub_step, walls); }"),
+    text(206, "cloth/contact/rounds.rs", "                Wall::list(model, block, colliders, from, (sub_step, steps), walls);", "                if !crate::mutant(206) { Wall::list(model, block, colliders, from, (sub_step, steps), walls); }"),
     expression(207, "surface/beside.rs", "stretch * least - deviation.sqrt()", "stretch * least"),
     expression(208, "cloth/contact/ways.rs", "furthest(kind, expected) + (self.reach(corners[0]) + self.reach(corners[3]))", "self.reach(corners[0]) + self.reach(corners[3])"),
     text(209, "cloth/contact/rounds.rs", "        let Scene { model, surface, state, sub_step: SubStep { dt, .. }, friction, .. } = scene;", "        let Scene { model, surface, state, sub_step: SubStep { dt, .. }, friction, .. } = scene;\n        let friction = if crate::mutant(209) { 0.0 } else { friction };"),

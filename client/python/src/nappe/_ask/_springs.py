@@ -131,8 +131,8 @@ def _lines(table: bytes, file: str) -> Iterator[_Line]:
     try:
         text = table.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = table.count(b"\n", 0, error.start) + 1
-        raise refused(f"{file}:{line}: is no text in UTF-8; allowed: a table of springs", "scene") from None
+        at = table.count(b"\n", 0, error.start) + 1
+        raise refused(f"{file}:{at}: is no text in UTF-8; allowed: a table of springs", "scene") from None
     for number, line in enumerate(re.split(r"\r\n|\r|\n", text), 1):
         if line.strip():
             yield _Line(file, number, line)

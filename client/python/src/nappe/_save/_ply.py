@@ -1,9 +1,10 @@
 """A folder of PLY files: one per frame, with the particles, what is kept of them, and the triangles.
 
 Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1), stress_norm (Pa), fx, fy, fz (N)
-and ax, ay, az (m/s²), each in its precision: float32 as `float`, float64 as `double`. Step and time stand in comments. The surfaces of all mesh colliders
-at time 0 stand once in colliders.ply, if there are any. The command's `--save FOLDER` writes the same bytes, in the
-precision of the session; with velocities its comments say more, so that a run can go on from them.
+and ax, ay, az (m/s²), each in its precision: float32 as `float`, float64 as `double`. Step and time stand in comments.
+The surfaces of all mesh colliders at time 0 stand once in colliders.ply, if there are any. The command's `--save
+FOLDER` writes the same bytes, in the precision of the session; with velocities its comments say more, so that a run can
+go on from them.
 """
 
 from __future__ import annotations

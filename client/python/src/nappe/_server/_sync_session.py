@@ -268,9 +268,10 @@ class Session(SessionProperties):
 
         `every`: every frame in order, from number `start`, or from the first that is kept; otherwise the newest
         whenever the loop is ready, at most `rate` per second. `fields`: arrays over the particles, of `positions`,
-        `velocities`, `plastic_ratio`, `stress`, `force` and `acceleration`. `precision`: `f32` or `f64`. `grid`: nodes of
-        the snow's grid, `smoke` for all, `slice:y=0.5` for a plane (m). `paced`: whether the session waits for this reader; with
-        `every` it does, if this program made it. A stream that breaks is asked for again for `patience` seconds.
+        `velocities`, `plastic_ratio`, `stress`, `force` and `acceleration`. `precision`: `f32` or `f64`. `grid`: nodes
+        of the snow's grid, `smoke` for all, `slice:y=0.5` for a plane (m). `paced`: whether the session waits for this
+        reader; with `every` it does, if this program made it. A stream that breaks is asked for again for `patience`
+        seconds.
         """
         self._check_fields(fields, grid)
         reader = FrameReader(

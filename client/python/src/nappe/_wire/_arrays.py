@@ -44,7 +44,7 @@ class Arrays:
 
     @property
     def force(self) -> Array:
-        """What acts on each particle (..., n, 3) (N), contacts left out, if it was asked for. Of a pin what it holds."""
+        """What acts on each particle (..., n, 3) (N), contacts left out, if it was asked for; of a pin its load."""
         return self._array("force")
 
     @property

@@ -118,11 +118,11 @@ class Notices:
     """Particles of cloth that touch a mesh collider and are still nearer to it than its margin after contact, by more
     than 1e-9 m, each once per sub-step in which it was: surfaces that meet there leave no place for the margin."""
     yielding_corners: int
-    """Corners of figures that cloth holds more than 1 mm off their frames, each once per sub-step at the end of which it
-    was."""
+    """Corners of figures that cloth holds more than 1 mm off their frames, each once per sub-step at the end of which
+    it was."""
     torn_particles: int
-    """Particles of objects of snow without plasticity that are stretched farther than the cells of the grid can bear, each
-    once per step of the scene at whose end it is: no law of theirs lets them break, and they tear."""
+    """Particles of objects of snow without plasticity that are stretched farther than the cells of the grid can bear,
+    each once per step of the scene at whose end it is: no law of theirs lets them break, and they tear."""
     first_torn_particle: int | None
     """The first of them, over all particles. None if there is none."""
     first_torn_seconds: float | None
