@@ -312,7 +312,7 @@ impl SessionFolder {
         whole(&self.path, &self.folder.path.join(SETUPS), place)
     }
 
-    /// A log.
+    /// A log of what calls changed since a state.
     ///
     /// # Errors
     /// If it cannot be read.

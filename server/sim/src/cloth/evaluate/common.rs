@@ -265,8 +265,8 @@ pub(crate) struct Common {
     pub(crate) carried: f64,
     /// What the medium and given forces give common motion (W).
     pub(crate) pushed: f64,
-    /// What of that they take of parts that no pin holds (W): not above 0.
-    pub(crate) slowed: f64,
+    /// The same of parts that no pin holds alone, and what pushes these (N).
+    loose: (f64, Vec3<f64>),
     /// Kinetic energy (J) of what common motion changes by, of parts that no pin holds.
     pub(crate) fallen: f64,
     /// What a method loses of a fall (J): its positions feel another velocity than the mean.
@@ -340,7 +340,9 @@ impl Common {
             Self::frame(part, sums.after(), *frame).dot(&sums.vector(Vector::Push))
         };
         self.pushed = held().map(pushed).sum();
-        self.slowed = held().filter(|((part, _), _)| !part.is_held).map(pushed).sum::<f64>().min(0.0);
+        let loose = || held().filter(|((part, _), _)| !part.is_held);
+        let push = loose().map(|((_, sums), _)| sums.vector(Vector::Push)).sum();
+        self.loose = (loose().map(pushed).sum(), push);
         let before = self.kinetic(parts, sums.iter().map(Sums::before));
         self.momenta.extend(sums.iter().map(|sums| sums.end(numbers)));
         let after = self.kinetic(parts, self.momenta.iter().copied());
@@ -371,6 +373,12 @@ impl Common {
             }
         }
         kinetic
+    }
+
+    /// What the medium takes (W) of the fall, in an implicit step, of parts that no pin holds, seen from surfaces of a velocity (m/s): not above 0.
+    pub(crate) fn slowed(&self, surfaces: Vec3<f64>) -> f64 {
+        let (power, push) = self.loose;
+        (power - surfaces.dot(&push)).min(0.0)
     }
 
     /// Takes over that contacts gave parts another momentum, from the sums after them.

@@ -219,7 +219,6 @@ pub(crate) fn accept<R: Real>(
     let judged = Judged::from(is_judged);
     let owes = matches!(after.found, Found::Middle { .. }) || has_any;
     let limit = gain.max(given) + rounding;
-    let dt = numbers.sub_step.dt;
-    let at_rest = common.lost - (medium - dt * common.pushed).min(0.0) - dt * common.slowed;
+    let at_rest = common.lost - (medium - numbers.sub_step.dt * common.pushed).min(0.0);
     Ok(Allowance { given: given + rounding, at_rest, limit, judged, owes, totals: [*old, *new] })
 }

@@ -35,11 +35,14 @@ impl<R: Real> Stepping<'_, R> {
         }
         // What bounces add, because a method's velocities are not those of its way, the method takes in flight.
         let given = met.swing + met.carried.work;
-        let attempt = &mut self.memory.attempt;
+        let surfaces = Vec3::from(met.carried.velocity());
+        let StepMemory { attempt, evaluated, .. } = &mut *self.memory;
+        // What comes to rest on a surface does not lose what the medium takes of its fall on to it.
+        let back = -evaluated.numbers.sub_step.dt * attempt.common.slowed(surfaces);
         attempt.met = met;
         attempt.start.own += given;
         if let Some(allowed) = attempt.allowed.as_mut().filter(|_| met.touched > 0) {
-            let given = given + allowed.at_rest;
+            let given = given + allowed.at_rest + back;
             allowed.limit += given;
             allowed.given += given;
         }
